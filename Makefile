@@ -1,0 +1,34 @@
+# Two commands on a fresh machine: `make demo` renders the default scene, `make test` checks
+# everything. Both install what is missing first; PYTHON=/path/to/python3 chooses the interpreter.
+
+PYTHON ?=
+VENV_PYTHON := .venv/bin/python
+
+.PHONY: demo test lint format clean
+
+demo:
+	@PYTHON="$(PYTHON)" tools/setup.sh demo
+	@mkdir -p out
+	@$(VENV_PYTHON) -m rtbow render -o out/default.exr -o out/default.png
+	@echo "The picture: $(CURDIR)/out/default.png"
+	@echo "Its radiance: $(CURDIR)/out/default.exr"
+
+test: lint
+	$(VENV_PYTHON) -m pytest
+
+lint:
+	@PYTHON="$(PYTHON)" tools/setup.sh test
+	$(VENV_PYTHON) -m ruff check .
+	$(VENV_PYTHON) -m ruff format --check .
+	$(VENV_PYTHON) -m mypy
+
+format:
+	@PYTHON="$(PYTHON)" tools/setup.sh test
+	$(VENV_PYTHON) -m ruff format .
+	$(VENV_PYTHON) -m ruff check --fix .
+
+# Everything that these targets made; pictures of one's own under out/ stay.
+clean:
+	rm -rf .venv build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis test-failures
+	rm -f out/default.exr out/default.png
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,43 @@
+"""Rainbows as radiance, from first principles, on the GPU.
+
+>>> import rtbow
+>>> with rtbow.Renderer(rtbow.load_scene("uniform")) as renderer:
+...     rgb = renderer.render()
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rtbow.errors import InputError, RtbowError, UnavailableError
+
+if TYPE_CHECKING:
+    from rtbow.renderer import Renderer
+    from rtbow.scene import Scene
+    from rtbow.scene_file import load_scene
+
+__version__ = "0.1.0"
+__all__ = [
+    "InputError",
+    "Renderer",
+    "RtbowError",
+    "Scene",
+    "UnavailableError",
+    "__version__",
+    "load_scene",
+]
+
+# Loaded when first asked for: importing rtbow alone costs nothing, and --help is quick.
+_LAZY = {
+    "Renderer": "rtbow.renderer",
+    "Scene": "rtbow.scene",
+    "load_scene": "rtbow.scene_file",
+}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 (whatever the module holds)
+    if name in _LAZY:
+        from importlib import import_module
+
+        return getattr(import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'rtbow' has no attribute {name!r}")

@@ -1,0 +1,147 @@
+"""Arrays that are slow to build, kept in the user's cache folder between runs."""
+
+import contextlib
+import hashlib
+import io
+import os
+import re
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+
+from rtbow.errors import InputError, RtbowError
+from rtbow.files import TEMPORARY_PREFIX, TEMPORARY_SUFFIX, write_atomic
+
+Arrays = dict[str, np.ndarray[Any, np.dtype[Any]]]
+
+FOLDER_VARIABLE = "RTBOW_CACHE_DIR"
+
+_DIGEST = "sha256"
+# Only what this module wrote is counted and cleared: the variable may name a shared folder.
+_OWN_FILE = re.compile(
+    rf".+-[0-9a-f]{{16}}\.npz|{re.escape(TEMPORARY_PREFIX)}[0-9a-f]+{re.escape(TEMPORARY_SUFFIX)}"
+)
+
+
+def cache_dir() -> Path:
+    """Return the cache folder, which need not exist: ``RTBOW_CACHE_DIR`` or the user's own."""
+    chosen = os.environ.get(FOLDER_VARIABLE)
+    if chosen:
+        return Path(os.path.abspath(os.path.expanduser(chosen)))
+    return Path(platformdirs.user_cache_dir("rtbow", appauthor=False))
+
+
+def cached_arrays(name: str, key: str, build: Callable[[], Mapping[str, Any]]) -> Arrays:
+    """Return the arrays kept under a name and key, or build and keep them.
+
+    What is read is verified against a digest of key, names, shapes, types and contents, so that
+    a damaged or foreign file is built anew and replaced. A cache folder that cannot be used
+    costs time only: the arrays are then built in every run.
+
+    Args:
+        name: Kind of content, the readable part of the file's name.
+        key: Everything the content depends on, the version of the building code included.
+        build: Makes the arrays, of any shapes and types but objects.
+
+    Returns:
+        The arrays by name; equal whether built or read, and free to be changed by the caller.
+
+    Raises:
+        RtbowError: ``build`` gave an array of Python objects, or raised this error itself.
+    """
+    file_name = f"{name}-{hashlib.sha256(_encoded(key)).hexdigest()[:16]}.npz"
+    folder = cache_dir()
+    # Without a home folder the path starts with a literal "~", which nobody wants created.
+    usable = folder.is_absolute()
+    if usable:
+        found = _load(folder / file_name, name, key)
+        if found is not None:
+            return found
+    arrays = {item: np.asarray(value) for item, value in build().items()}
+    for item, array in arrays.items():
+        if array.dtype.hasobject:
+            raise RtbowError(f"cache {name}: array {item} holds Python objects; must hold numbers")
+    if usable:
+        with contextlib.suppress(OSError, RtbowError, MemoryError):
+            folder.mkdir(parents=True, exist_ok=True)
+            write_atomic(folder / file_name, _packed(arrays, name, key))
+    return arrays
+
+
+def cache_size() -> int:
+    """Return the bytes that this program's files take in the cache folder."""
+    total = 0
+    for file in _own_files():
+        # Another process may clear the cache at this moment.
+        with contextlib.suppress(OSError):
+            total += file.stat().st_size
+    return total
+
+
+def clear_cache() -> None:
+    """Remove this program's files from the cache folder, leaving any others alone.
+
+    Raises:
+        InputError: A file cannot be removed; says which and why.
+    """
+    for file in _own_files():
+        try:
+            file.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{file}: cannot be removed: {error.strerror}; remove it by hand, or set "
+                f"{FOLDER_VARIABLE} to a folder of your own"
+            ) from error
+
+
+def _own_files() -> Iterator[Path]:
+    try:
+        files = sorted(cache_dir().iterdir())
+    except OSError:
+        return
+    yield from (file for file in files if _OWN_FILE.fullmatch(file.name) and file.is_file())
+
+
+def _encoded(text: str) -> bytes:
+    # Keys may hold file names, and those may hold bytes that are not text.
+    return text.encode("utf-8", "surrogatepass")
+
+
+def _digest(arrays: Arrays, name: str, key: str) -> str:
+    digest = hashlib.sha256()
+    for text in (name, key):
+        digest.update(hashlib.sha256(_encoded(text)).digest())
+    for item in sorted(arrays):
+        array = arrays[item]
+        digest.update(repr((item, array.dtype.descr, array.shape)).encode())
+        if array.nbytes:
+            digest.update(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)
+    return digest.hexdigest()
+
+
+def _packed(arrays: Arrays, name: str, key: str) -> bytes:
+    buffer = io.BytesIO()
+    # What np.savez does, but without its reserved names and with nothing that depends on the
+    # time: two processes that build the same arrays write the same bytes.
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for item, array in {**arrays, _DIGEST: np.array(_digest(arrays, name, key))}.items():
+            with archive.open(zipfile.ZipInfo(f"{item}.npy"), "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def _load(path: Path, name: str, key: str) -> Arrays | None:
+    """Return the arrays of a file, or None where it is missing, damaged or of another key."""
+    try:
+        # Opened here, since np.load leaves a file open that turns out to be damaged.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {item: np.asarray(archive[item]) for item in archive.files}
+        digest = str(arrays.pop(_DIGEST))
+        return arrays if digest == _digest(arrays, name, key) else None
+    except Exception:
+        # Damaged bytes fail in as many ways as zip and npy readers have; each means "build it".
+        return None

@@ -1,0 +1,82 @@
+"""Rays of a perspective camera and their way through a box, float64."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.scene import Camera
+
+Array = NDArray[np.float64]
+
+
+def direction(azimuth_deg: float, altitude_deg: float) -> Array:
+    """Give the unit vector (3,) east, north, up towards an azimuth and altitude."""
+    azimuth, altitude = np.radians(azimuth_deg), np.radians(altitude_deg)
+    return np.array(
+        [
+            np.sin(azimuth) * np.cos(altitude),
+            np.cos(azimuth) * np.cos(altitude),
+            np.sin(altitude),
+        ]
+    )
+
+
+def camera_basis(camera: Camera) -> Array:
+    """Give the camera's axes, scaled to the picture plane at distance 1.
+
+    Returns:
+        (3, 3): forward, right (scaled by half the picture's width), up (by half its height).
+    """
+    azimuth = np.radians(camera.azimuth_deg)
+    forward = direction(camera.azimuth_deg, camera.altitude_deg)
+    right = np.array([np.cos(azimuth), -np.sin(azimuth), 0.0])
+    up = np.cross(right, forward)
+    width, height = camera.size_px
+    half = np.tan(0.5 * np.radians(camera.fov_deg))
+    return np.stack([forward, right * half, up * (half * height / width)])
+
+
+def pixel_directions(camera: Camera, rows: slice = slice(None)) -> Array:
+    """Give unit directions through the pixel centres, first row on top.
+
+    Args:
+        camera: the camera.
+        rows: which rows; all by default.
+
+    Returns:
+        (h, w, 3).
+    """
+    width, height = camera.size_px
+    forward, right, up = camera_basis(camera)
+    x = (np.arange(width) + 0.5) / width * 2.0 - 1.0
+    y = 1.0 - (np.arange(height)[rows] + 0.5) / height * 2.0
+    rays = forward + x[None, :, None] * right + y[:, None, None] * up
+    return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+
+
+def box_span(origin: Array, directions: Array, box: Array) -> tuple[Array, Array]:
+    """Give where rays are inside a box.
+
+    Args:
+        origin: ray start (3,).
+        directions: unit directions (..., 3).
+        box: lower and upper corner (2, 3).
+
+    Returns:
+        Distances of entry (0 inside) and exit, each (...); entry >= exit where a ray misses.
+    """
+    entry = np.zeros(directions.shape[:-1])
+    leave = np.full(directions.shape[:-1], np.inf)
+    for axis in range(3):
+        d = directions[..., axis]
+        parallel = d == 0.0
+        safe = np.where(parallel, 1.0, d)
+        near = (box[0, axis] - origin[axis]) / safe
+        far = (box[1, axis] - origin[axis]) / safe
+        low, high = np.minimum(near, far), np.maximum(near, far)
+        # A ray along a face counts as inside; one beside the box never enters.
+        within = box[0, axis] <= origin[axis] <= box[1, axis]
+        entry = np.maximum(entry, np.where(parallel, -np.inf if within else np.inf, low))
+        leave = np.minimum(leave, np.where(parallel, np.inf if within else -np.inf, high))
+    return entry, leave

@@ -1,0 +1,74 @@
+"""Averages over the light's disc, on the sphere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def disc_nodes(theta_rad: float, radius_rad: float, count: int) -> tuple[Array, Array]:
+    """Give quadrature nodes for the mean over a uniform disc of a function of the angle.
+
+    The disc's centre makes the angle ``theta`` with the axis; the mean over the disc becomes one
+    integral over the angle, weighted by the share of each circle about the axis that lies inside
+    the disc. Exact on the sphere, at the poles too, where a flat convolution is not.
+
+    Args:
+        theta_rad: angle between axis and disc centre, rad, 0..pi.
+        radius_rad: angular radius of the disc, rad; 0 gives the one angle itself.
+        count: nodes per smooth piece of the weight (one piece, or two beside a pole).
+
+    Returns:
+        Angles (n,) in rad within 0..pi and weights (n,) that sum to 1.
+    """
+    if radius_rad <= 0.0:
+        return np.array([theta_rad]), np.array([1.0])
+    # Mirrored so that only the pole at 0 needs care.
+    mirrored = theta_rad > 0.5 * np.pi
+    centre = np.pi - theta_rad if mirrored else theta_rad
+
+    low, high = abs(centre - radius_rad), centre + radius_rad
+    # theta = middle - half cos(t): the weight's square-root ends become smooth in t, and the
+    # midpoint rule over t then converges exponentially.
+    t = (np.arange(count) + 0.5) * (np.pi / count)
+    half = 0.5 * (high - low)
+    angles = low + half * (1.0 - np.cos(t))
+    offset = angles - centre
+    ratio = (
+        np.sin(0.5 * (radius_rad + offset)) * np.sin(0.5 * (radius_rad - offset))
+        / (np.sin(angles) * np.sin(centre) + 1e-300)
+    )  # fmt: skip
+    inside = 2.0 * np.arcsin(np.sqrt(np.clip(ratio, 0.0, 1.0)))
+    weights = np.sin(angles) * inside * half * np.sin(t) * (np.pi / count)
+
+    if centre < radius_rad:  # circles about the pole that lie wholly inside the disc
+        nodes, gauss = np.polynomial.legendre.leggauss(count)
+        full = 0.5 * low * (nodes + 1.0)
+        angles = np.concatenate([full, angles])
+        weights = np.concatenate([np.sin(full) * np.pi * 0.5 * low * gauss, weights])
+    total = weights.sum()
+    if total <= 0.0:  # a disc exactly on the pole leaves the outer piece empty
+        return np.array([theta_rad]), np.array([1.0])
+    return (np.pi - angles if mirrored else angles), weights / total
+
+
+def disc_mean(
+    function: Callable[[Array], Array], theta_rad: float, radius_rad: float, count: int
+) -> Array:
+    """Average ``function`` of the angle over a disc (see :func:`disc_nodes`).
+
+    Args:
+        function: takes angles (n,) in rad, returns values (n, ...).
+        theta_rad: angle between axis and disc centre, rad.
+        radius_rad: angular radius of the disc, rad.
+        count: quadrature nodes per piece; a phase of P rad across the radius needs P/2 + 16.
+
+    Returns:
+        The mean, shape (...).
+    """
+    angles, weights = disc_nodes(theta_rad, radius_rad, count)
+    return np.tensordot(weights, function(angles), axes=(0, 0))

@@ -1,0 +1,66 @@
+"""What a scene fixes for every pixel: wavelengths, bows, air and lights.
+
+The one place where the shader's method and the reference meet; what each makes of these numbers
+they share no code for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.airy import Bow, bows
+from rtbow.atmosphere import rayleigh_depth
+from rtbow.lights import Sun, suns
+from rtbow.scene import Scene
+from rtbow.spectrum import colour_weights, wavelength_bins
+from rtbow.water import relative_index
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Optics:
+    """Per-wavelength numbers of a scene.
+
+    Attributes:
+        wavelength_nm: (W,).
+        bows: the scene's bows.
+        air_depth: vertical Rayleigh depth from sea level (W,), zeros without air.
+        suns: the lights.
+        weights: for each light, (W, 3) in lm/m²: a radiance per irradiance [sr⁻¹] summed with
+            them gives X, Y, Z, with Y in cd/m².
+    """
+
+    wavelength_nm: Array
+    bows: tuple[Bow, ...]
+    air_depth: Array
+    suns: tuple[Sun, ...]
+    weights: tuple[Array, ...]
+
+    @property
+    def has_air(self) -> bool:
+        """Whether any wavelength is attenuated by the air."""
+        return bool(np.any(self.air_depth > 0.0))
+
+
+def scene_optics(scene: Scene) -> Optics:
+    """Compute a scene's optics at its own wavelength step.
+
+    Raises:
+        InputError: a light's spectrum is unknown or unusable.
+    """
+    lights = suns(scene)
+    bins = wavelength_bins(scene.render.wavelength_step_nm)
+    nm = bins.wavelength_nm
+    index = relative_index(nm, scene.scattering.water_temperature_c)
+    has_air = scene.atmosphere is not None and scene.atmosphere.rayleigh
+    return Optics(
+        wavelength_nm=nm,
+        bows=bows(scene.scattering.orders, nm * 1e-9, index),
+        air_depth=rayleigh_depth(nm) if has_air else np.zeros_like(nm),
+        suns=lights,
+        weights=tuple(colour_weights(light.spectrum, bins) for light in lights),
+    )

@@ -1,0 +1,160 @@
+"""Method ``reference``: the radiance integral in float64 on the CPU, plainly and without tables.
+
+Each ray is cut where it crosses the planes of the droplet grid; between cuts the drops vary
+smoothly and Gauss-Legendre nodes integrate them. At every node and wavelength Airy's intensity is
+evaluated itself and averaged over the light's disc by quadrature on the sphere; air columns
+towards the sun are quadratures through spherical shells. This is what every faster method is
+measured against, so it shares with them only the scene, the spectra and the optics formulas.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.airy import RADIUS_POWER, SCALE_POWER
+from rtbow.atmosphere import segment_column, sun_column
+from rtbow.camera import box_span, pixel_directions
+from rtbow.colour import xyz_to_rgb
+from rtbow.constants import SCALE_HEIGHT_M
+from rtbow.disc import disc_nodes
+from rtbow.optics import Optics, scene_optics
+from rtbow.reference_kernel import integrate_spectrum, sample_rays
+from rtbow.scene import Scene
+from rtbow.volume import DropletVolume, build_volume
+
+Array = NDArray[np.float64]
+
+Progress = Callable[[Iterable[int]], Iterable[int]]
+"""Wraps the loop over rows, to show how far it is."""
+
+_NODES_PER_CELL = 3
+"""Gauss-Legendre nodes between two cuts: exact for polynomials of degree 5, while density times
+radius is of degree 3 along a ray."""
+_AIR_CELL_M = 200.0
+"""Longest piece of a ray in air: attenuation over it is a polynomial of degree 5 to 1e-12."""
+_DISC_NODES = 16
+"""Nodes over the disc beside those that the fringe phase across it asks for."""
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Samples along the rays of one row of pixels, concatenated.
+
+    Attributes:
+        start: first sample of each pixel, and the end of the last, (pixels + 1,).
+        distance_m: distance from the eye (n,).
+        weight: density times length, m⁻² (n,).
+        radius_m: drop radius (n,).
+    """
+
+    start: NDArray[np.int64]
+    distance_m: Array
+    weight: Array
+    radius_m: Array
+
+
+def _sample_row(
+    origin: Array, rays: Array, volume: DropletVolume, moments: Array, has_air: bool
+) -> _Samples:
+    entry, leave = box_span(origin, rays, volume.box_m)
+    nodes, gauss = np.polynomial.legendre.leggauss(_NODES_PER_CELL)
+    # Without air and without a grid the integrand is constant along the ray.
+    longest = _AIR_CELL_M if has_air else np.inf
+    start, distance, weight, radius = sample_rays(
+        origin, rays, entry, leave, volume.box_m, moments, longest, nodes, gauss
+    )
+    return _Samples(start, distance, weight, radius)
+
+
+def _disc_angles(optics: Optics, light: int, theta: float, radius_m: float) -> tuple[Array, Array]:
+    """Give nodes over a light's disc, enough for the fringes of this angle and drop size."""
+    disc = optics.suns[light].disc_rad
+    phase = 0.0
+    for bow in optics.bows:
+        scale = bow.scale.max() * radius_m**SCALE_POWER
+        excess = np.max(bow.side * (theta - bow.angle_rad)) + 2.0 * disc
+        phase = max(phase, 2.0 * scale * disc * np.sqrt(max(scale * excess, 1.0)))
+    return disc_nodes(theta, disc, _DISC_NODES + int(0.6 * phase))
+
+
+def _row_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> Array:
+    """Integrate one row of pixels: X, Y, Z (pixels, 3)."""
+    counts = np.diff(samples.start)
+    rise = np.repeat(rays[:, 2], counts)
+    height = origin[2] + samples.distance_m * rise
+    air = optics.has_air
+    eye_column = (
+        segment_column(origin[2], rise, samples.distance_m)
+        if air
+        else np.zeros_like(samples.distance_m)
+    )
+    bow_numbers = np.stack(
+        [np.stack([b.angle_rad, b.scale, b.strength]) for b in optics.bows]
+    )  # (bows, 3, W)
+    sides = np.array([b.side for b in optics.bows])
+
+    xyz = np.zeros((len(rays), 3))
+    for light, sun in enumerate(optics.suns):
+        column = eye_column + (sun_column(height, sun.altitude_rad) if air else 0.0)
+        # theta = 0 is forward: light travels along -direction and on towards the eye along -ray.
+        theta = 2.0 * np.arctan2(
+            np.linalg.norm(sun.direction - rays, axis=-1),
+            np.linalg.norm(sun.direction + rays, axis=-1),
+        )
+        angles, weights, first = [], [], [0]
+        for pixel, angle in enumerate(theta):
+            if counts[pixel]:
+                part = slice(samples.start[pixel], samples.start[pixel + 1])
+                nodes, shares = _disc_angles(
+                    optics, light, float(angle), float(samples.radius_m[part].max())
+                )
+                angles.append(nodes)
+                weights.append(shares)
+            first.append(first[-1] + (len(angles[-1]) if counts[pixel] else 0))
+        if not angles:
+            continue
+        xyz += integrate_spectrum(
+            samples.start,
+            samples.weight,
+            samples.radius_m**SCALE_POWER,
+            samples.radius_m**RADIUS_POWER,
+            column,
+            np.array(first),
+            np.concatenate(angles),
+            np.concatenate(weights),
+            bow_numbers,
+            sides,
+            optics.air_depth,
+            optics.weights[light],
+        )
+    return xyz
+
+
+def render_reference(scene: Scene, progress: Progress = lambda rows: rows) -> Array:
+    """Render a scene in float64 at its own wavelength step (1 nm is the standard of truth).
+
+    Args:
+        scene: the scene.
+        progress: wraps the loop over the picture's rows.
+
+    Returns:
+        Linear Rec. 709 R, G, B in cd/m², float64 (h, w, 3), first row on top.
+
+    Raises:
+        InputError: a spectrum or volume file is not usable.
+    """
+    optics = scene_optics(scene)
+    volume = build_volume(scene.droplets)
+    moments = volume.moments().astype(np.float64)
+    width, height = scene.camera.size_px
+    origin = np.array(scene.camera.position_m, dtype=np.float64)
+    xyz = np.zeros((height, width, 3))
+    for row in progress(range(height)):
+        rays = pixel_directions(scene.camera, slice(row, row + 1))[0]
+        samples = _sample_row(origin, rays, volume, moments, optics.has_air)
+        xyz[row] = _row_xyz(optics, origin, rays, samples)
+    return xyz_to_rgb(xyz)

@@ -1,0 +1,120 @@
+"""Renders scenes: the fragment shader on a GL context, or the reference on the CPU."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from types import TracebackType
+from typing import TYPE_CHECKING, Literal, Self, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.display import require_finite
+from rtbow.errors import InputError, RtbowError
+from rtbow.scene import Scene
+
+if TYPE_CHECKING:
+    from rtbow.context import Backend, GlContext
+    from rtbow.spectral import SpectralPass
+
+Method = Literal["auto", "spectral", "reference"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+Progress = Callable[[Iterable[int]], Iterable[int]]
+
+CPU_RENDERER = "CPU, float64"
+
+
+class Renderer:
+    """Renders one scene; keeps its GL context and textures until :meth:`close`.
+
+    Usable as a context manager. The GL context is opened when a method first needs it, so that
+    ``reference`` runs where there is no GL.
+
+    Args:
+        scene: what to render.
+        backend: ``auto``, ``egl``, ``osmesa`` or ``window``.
+
+    Example:
+        >>> with rtbow.Renderer(rtbow.load_scene("uniform")) as renderer:
+        ...     rgb = renderer.render()
+    """
+
+    def __init__(self, scene: Scene, backend: Backend = "auto") -> None:
+        self.scene = scene
+        self._backend = backend
+        self._context: GlContext | None = None
+        self._pass: SpectralPass | None = None
+        self._closed = False
+
+    @property
+    def gl_renderer(self) -> str:
+        """The GL device and driver in use, or what stands in for it before one is."""
+        return self._context.renderer if self._context else CPU_RENDERER
+
+    @property
+    def backend(self) -> str:
+        """The backend in use; ``none`` before a method needed one."""
+        return self._context.backend if self._context else "none"
+
+    def render(
+        self, method: Method = "auto", progress: Progress = lambda rows: rows
+    ) -> NDArray[np.float32]:
+        """Render a frame.
+
+        Args:
+            method: ``auto`` (``spectral``), ``spectral`` or ``reference``.
+            progress: wraps the loop over the picture's rows, to show how far it is.
+
+        Returns:
+            Linear Rec. 709, D65, in cd/m², float32 (h, w, 3), first row on top. Negative
+            components are colours outside of the gamut.
+
+        Raises:
+            InputError: unknown method, or a spectrum or volume that is not usable.
+            UnavailableError: no GL backend works here.
+            RtbowError: the renderer is closed.
+        """
+        if self._closed:
+            raise RtbowError("this Renderer is closed; make another")
+        if method not in METHODS:
+            raise InputError(f"method {method!r} is not known; must be one of {', '.join(METHODS)}")
+        if method == "reference":
+            from rtbow.reference import render_reference
+
+            frame = render_reference(self.scene, progress).astype(np.float32)
+        else:
+            frame = self._render_spectral(progress)
+        # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
+        require_finite(frame)
+        return frame
+
+    def _render_spectral(self, progress: Progress) -> NDArray[np.float32]:
+        from rtbow.context import open_context
+        from rtbow.spectral import SpectralPass
+
+        if self._context is None:
+            self._context = open_context(self._backend)
+        with self._context.current():
+            if self._pass is None:
+                self._pass = SpectralPass(self._context, self.scene)
+            return self._pass.render(progress)
+
+    def close(self) -> None:
+        """Release the GL context and all that lives on it; a second call does nothing."""
+        self._closed = True
+        self._pass = None
+        if self._context is not None:
+            self._context.close()
+            self._context = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,438 @@
+"""The scene: what is in the picture, checked and frozen, with the units in the names.
+
+Every field carries its description, unit and allowed range, so that panels, documents and error
+messages speak from one source. :mod:`rtbow.scene_file` makes scenes from TOML text.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    Strict,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic.config import JsonDict
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
+
+AXES = ("east", "north", "up")
+_DRAWN = "how radii are drawn at the grid points"
+
+# Types of list items and lists; TOML has lists where the model has tuples, hence the lax Strict.
+# 10,000 km holds every scene on Earth, and squares of lengths still fit in float32.
+Coordinate = Annotated[float, Field(ge=-1e7, le=1e7)]
+Point = Annotated[tuple[Coordinate, Coordinate, Coordinate], Strict(False)]
+Box = Annotated[tuple[Point, Point], Strict(False)]
+GridSize = Annotated[int, Field(ge=2, le=1024)]
+Grid = Annotated[tuple[GridSize, GridSize, GridSize], Strict(False)]
+AltitudeDeg = Annotated[float, Field(ge=-90, le=90)]
+RadiusUm = Annotated[float, Field(ge=MIN_RADIUS_UM, le=MAX_RADIUS_UM)]
+Pixels = Annotated[int, Field(ge=1, le=16384)]
+Order = Annotated[int, Field(ge=1, le=2)]
+
+
+def refused(message: str) -> PydanticCustomError:
+    """Return the error for a value: shown as ``key = value; message``."""
+    return PydanticCustomError("refused", "{message}", {"message": message})
+
+
+def _misplaced(path: tuple[str, ...], message: str) -> InitErrorDetails:
+    """Return the problem of a key that does not fit here: shown as ``key message``."""
+    error = PydanticCustomError("misplaced", "{message}", {"message": message})
+    return InitErrorDetails(type=error, loc=path, input=None)
+
+
+def _missing(path: tuple[str, ...], remedy: str) -> InitErrorDetails:
+    """Return the problem of a key that is needed here: shown as ``key is missing; remedy``."""
+    error = PydanticCustomError("missing_here", "{message}", {"message": remedy})
+    return InitErrorDetails(type=error, loc=path, input=None)
+
+
+def _unit(unit: str) -> JsonDict:
+    """Return the metadata of a field's unit, empty for names, switches and counts."""
+    return {"unit": unit}
+
+
+class Table(BaseModel):
+    """A TOML table: frozen, no unknown keys, no conversions but int to float, no NaN, no inf."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Camera(Table):
+    """A perspective camera."""
+
+    position_m: Point = Field(
+        (0.0, 0.0, 1.6), description="the eye: east, north, up", json_schema_extra=_unit("m")
+    )
+    azimuth_deg: float = Field(
+        0.0, description="direction of view, clockwise from north", json_schema_extra=_unit("deg")
+    )
+    altitude_deg: AltitudeDeg = Field(
+        20.0, description="direction of view, above the horizon", json_schema_extra=_unit("deg")
+    )
+    fov_deg: float = Field(
+        75.0,
+        gt=0,
+        lt=180,
+        description="horizontal field of view, whole angle, over the full width",
+        json_schema_extra=_unit("deg"),
+    )
+    size_px: Annotated[tuple[Pixels, Pixels], Strict(False)] = Field(
+        (1280, 720), description="width and height of the picture", json_schema_extra=_unit("px")
+    )
+
+
+class SunLight(Table):
+    """A uniform disc at infinity."""
+
+    type: Literal["sun"] = Field(
+        "sun", description="the kind of light", json_schema_extra=_unit("")
+    )
+    altitude_deg: AltitudeDeg = Field(
+        20.0,
+        description="where the disc's centre stands, above the horizon",
+        json_schema_extra=_unit("deg"),
+    )
+    azimuth_deg: float = Field(
+        180.0,
+        description="where the disc's centre stands, clockwise from north",
+        json_schema_extra=_unit("deg"),
+    )
+    spectrum: str = Field(
+        "E490",
+        min_length=1,
+        description="E490, equal-energy, a CIE name (FL2, HP1, LED-B3) "
+        "or a CSV file of wavelength_nm,value",
+        json_schema_extra=_unit(""),
+    )
+    angular_diameter_deg: float = Field(
+        0.533,
+        ge=0,
+        le=5,
+        description="the disc across; 0 is a point at infinity",
+        json_schema_extra=_unit("deg"),
+    )
+    irradiance_w_m2: float | None = Field(
+        None,
+        gt=0,
+        description="irradiance over 380-780 nm above the air, facing the light; "
+        "left out: the 654.95 of E490",
+        json_schema_extra=_unit("W/m²"),
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_point_lights_yet(cls, data: object) -> object:
+        # Ahead of the fields, so that a point light's own keys are not reported as unknown.
+        if isinstance(data, dict) and data.get("type") == "point":
+            error = refused('point lights are not available in this version; must be "sun"')
+            problem = InitErrorDetails(type=error, loc=("type",), input="point")
+            raise ValidationError.from_exception_data(cls.__name__, [problem])
+        return data
+
+
+class ConstantRadius(Table):
+    """All drops alike."""
+
+    distribution: Literal["constant"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    radius_um: RadiusUm = Field(description="radius of every drop", json_schema_extra=_unit("µm"))
+
+
+class _RadiusRange(Table):
+    """Radii between two ends."""
+
+    # Narrowed below; declared here so that it stays the first key.
+    distribution: str = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    min_um: RadiusUm = Field(description="smallest radius", json_schema_extra=_unit("µm"))
+    max_um: RadiusUm = Field(description="largest radius", json_schema_extra=_unit("µm"))
+
+    @field_validator("max_um")
+    @classmethod
+    def _above_min(cls, value: float, info: ValidationInfo) -> float:
+        least = info.data.get("min_um")
+        if least is not None and value <= least:
+            raise refused(f"must be greater than min_um = {least:g}")
+        return value
+
+
+class UniformRadius(_RadiusRange):
+    """Radii drawn evenly between two ends."""
+
+    distribution: Literal["uniform"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+
+
+class NormalRadius(Table):
+    """Radii drawn from a bell curve."""
+
+    distribution: Literal["normal"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    mean_um: RadiusUm = Field(description="mean radius", json_schema_extra=_unit("µm"))
+    std_um: float = Field(
+        gt=0,
+        le=MAX_RADIUS_UM,
+        description="standard deviation of the radius",
+        json_schema_extra=_unit("µm"),
+    )
+
+
+class MarshallPalmerRadius(_RadiusRange):
+    """Radii of rain, whose number follows from the rain rate."""
+
+    distribution: Literal["marshall-palmer"] = Field(
+        description=_DRAWN, json_schema_extra=_unit("")
+    )
+
+
+Radius = Annotated[
+    ConstantRadius | UniformRadius | NormalRadius | MarshallPalmerRadius,
+    Field(discriminator="distribution"),
+]
+
+
+class Density(Table):
+    """How many drops there are, directly or by the rain they make."""
+
+    number_per_m3: float | None = Field(
+        None,
+        ge=0,
+        description="drops in a cubic metre; every distribution but marshall-palmer",
+        json_schema_extra=_unit("1/m³"),
+    )
+    rain_rate_mm_h: float | None = Field(
+        None,
+        gt=0,
+        description="rain rate, from which the density follows; with marshall-palmer",
+        json_schema_extra=_unit("mm/h"),
+    )
+
+
+def density_key(distribution: str) -> str:
+    """Return the one key of ``[droplets.density]`` that goes with a radius distribution."""
+    return "rain_rate_mm_h" if distribution == "marshall-palmer" else "number_per_m3"
+
+
+class Droplets(Table):
+    """The volume of drops: described by its distributions, or read from a file."""
+
+    box_m: Box | None = Field(
+        None,
+        description="lower and upper corner: [[east, north, up], [east, north, up]]",
+        json_schema_extra=_unit("m"),
+    )
+    grid: Grid | None = Field(
+        None,
+        description="grid points along east, north, up; left out: a uniform volume",
+        json_schema_extra=_unit(""),
+    )
+    seed: int = Field(1, ge=0, description="seed of the random radii", json_schema_extra=_unit(""))
+    extinction: bool = Field(
+        False,
+        description="the rain's own attenuation, towards light and eye",
+        json_schema_extra=_unit(""),
+    )
+    file: str | None = Field(
+        None,
+        min_length=1,
+        description="volume file (.npz), instead of box_m, grid, radius and density",
+        json_schema_extra=_unit(""),
+    )
+    radius: Radius | None = Field(None, description="the drops' radii", json_schema_extra=_unit(""))
+    density: Density | None = Field(
+        None, description="the number of drops", json_schema_extra=_unit("")
+    )
+
+    @field_validator("extinction")
+    @classmethod
+    def _no_extinction_yet(cls, value: bool) -> bool:
+        if value:
+            raise refused(
+                "the rain's own attenuation is not available in this version; must be false"
+            )
+        return value
+
+    @field_validator("box_m")
+    @classmethod
+    def _box_has_a_volume(cls, box: Box | None) -> Box | None:
+        if box is None:
+            return None
+        wrong = []
+        for axis, low, high in zip(AXES, *box, strict=True):
+            if high <= low:
+                shape = "flat" if high == low else "turned inside out"
+                wrong.append(f"it is {shape} along {axis} ({low:g} to {high:g})")
+        if wrong:
+            raise refused(
+                "the second corner must exceed the first on each axis: " + ", ".join(wrong)
+            )
+        return box
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> Self:
+        problems = list(self._problems_with_file() if self.file else self._problems_of_parts())
+        if problems:
+            raise ValidationError.from_exception_data(type(self).__name__, problems)
+        return self
+
+    def _problems_with_file(self) -> Iterator[InitErrorDetails]:
+        for key in ("box_m", "grid", "radius", "density"):
+            if getattr(self, key) is not None:
+                yield _misplaced(
+                    (key,),
+                    "cannot be given together with droplets.file: the volume file carries its "
+                    f"own {key.removesuffix('_m')}; leave one of the two out",
+                )
+
+    def _problems_of_parts(self) -> Iterator[InitErrorDetails]:
+        for key, remedy in (
+            ("box_m", "give two corners, such as [[-500, 200, 0], [500, 800, 400]]"),
+            ("radius", 'add [droplets.radius] with distribution = "constant", radius_um = 500'),
+            ("density", "add [droplets.density] with number_per_m3 = 1000"),
+        ):
+            if getattr(self, key) is None:
+                yield _missing((key,), f"{remedy}, or name a volume in droplets.file")
+        if self.radius is None:
+            return
+        choice = f'distribution = "{self.radius.distribution}"'
+        if self.grid is None and not isinstance(self.radius, ConstantRadius):
+            remedy = "draws a radius at each grid point: give their number, such as [64, 64, 32]"
+            yield _missing(("grid",), f"{choice} {remedy}")
+        if self.density is None:
+            return
+        wanted = density_key(self.radius.distribution)
+        for key, example in (("number_per_m3", "1000"), ("rain_rate_mm_h", "5.0")):
+            given = getattr(self.density, key) is not None
+            if key == wanted and not given:
+                yield _missing(("density", key), f"{choice} needs it, such as {example}")
+            elif key != wanted and given:
+                message = f"does not go with {choice}; give {wanted} instead"
+                yield _misplaced(("density", key), message)
+
+
+class Atmosphere(Table):
+    """The air; a scene without this table has none."""
+
+    rayleigh: bool = Field(
+        True,
+        description="attenuation and scattering by the air's molecules",
+        json_schema_extra=_unit(""),
+    )
+
+
+class Scattering(Table):
+    """How a drop scatters light."""
+
+    theory: Literal["airy"] = Field(
+        "airy", description="theory of the single drop", json_schema_extra=_unit("")
+    )
+    orders: Annotated[tuple[Order, ...], Strict(False)] = Field(
+        (1, 2),
+        min_length=1,
+        description="internal reflections: 1 primary bow, 2 secondary",
+        json_schema_extra=_unit(""),
+    )
+    water_temperature_c: float = Field(
+        20.0,
+        ge=-12,
+        le=60,
+        description="sets the refractive index of water",
+        json_schema_extra=_unit("°C"),
+    )
+
+    @field_validator("theory", mode="before")
+    @classmethod
+    def _no_mie_yet(cls, value: object) -> object:
+        if value == "mie":
+            raise refused('Lorenz-Mie theory is not available in this version; must be "airy"')
+        return value
+
+    @field_validator("orders")
+    @classmethod
+    def _each_order_once(cls, value: tuple[int, ...]) -> tuple[int, ...]:
+        if len(set(value)) < len(value):
+            raise refused("must name each order once, such as [1, 2]")
+        return tuple(sorted(value))
+
+
+class Render(Table):
+    """How finely the picture is computed."""
+
+    wavelength_step_nm: float = Field(
+        5.0,
+        ge=0.01,
+        le=40,
+        description="must divide 400 nm evenly; methods spectral and reference",
+        json_schema_extra=_unit("nm"),
+    )
+    steps: int | None = Field(
+        None,
+        ge=1,
+        le=100_000,
+        description="samples along a ray; left out: follows the grid",
+        json_schema_extra=_unit(""),
+    )
+
+    @field_validator("wavelength_step_nm")
+    @classmethod
+    def _divides_the_range(cls, step: float) -> float:
+        low, high = VISIBLE_NM
+        count = (high - low) / step
+        if abs(count - round(count)) > 1e-9 * count:
+            below, above = _even_step(math.ceil(count), 1), _even_step(math.floor(count), -1)
+            raise refused(f"must divide {low:g}-{high:g} nm evenly, as {below} and {above} do")
+        return step
+
+
+def _even_step(count: int, direction: int) -> str:
+    """Return the nearest step (nm) that divides 400 nm evenly and ends after four decimals."""
+    while 4_000_000 % count:
+        count += direction
+    return f"{400 / count:.4f}".rstrip("0").rstrip(".")
+
+
+class Scene(Table):
+    """All that a picture depends on.
+
+    Two scenes are equal when their values are, whatever text they came from.
+    """
+
+    camera: Camera = Field(Camera(), description="the eye")
+    light: Annotated[tuple[SunLight, ...], Strict(False)] = Field(
+        min_length=1, description="the lights, one or more"
+    )
+    droplets: Droplets = Field(description="the drops")
+    atmosphere: Atmosphere | None = Field(None, description="the air; left out: none")
+    scattering: Scattering = Field(Scattering(), description="scattering by a drop")
+    render: Render = Field(Render(), description="how finely the picture is computed")
+
+    _source_text: str = PrivateAttr(default="")
+    _source_name: str = PrivateAttr(default="scene")
+
+    @property
+    def source_text(self) -> str:
+        """The TOML text the scene came from, overrides as ``# --set key=value`` at its end."""
+        return self._source_text
+
+    @property
+    def source_name(self) -> str:
+        """The built-in scene's name, or the path as it was given."""
+        return self._source_name
+
+    def with_source(self, text: str, name: str) -> Self:
+        """Return the same scene with the text and name it came from."""
+        copy = self.model_copy()
+        copy._source_text, copy._source_name = text, name
+        return copy
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields)

@@ -1,0 +1,159 @@
+"""Turns what pydantic finds wrong in a scene into messages that say what is allowed."""
+
+from collections.abc import Collection
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from rtbow.scene_schema import ROOT, Node, dotted, suggestion, toml_text
+
+_SHOWN = 60  # characters of a wrong value in a message
+_OUT_OF_RANGE = (
+    "greater_than",
+    "greater_than_equal",
+    "less_than",
+    "less_than_equal",
+)
+
+
+def explain(error: ValidationError, name: str, overrides: Collection[str]) -> str:
+    """Return one line per problem: where, what, what is allowed, what to do.
+
+    Args:
+        error: what pydantic found in the whole scene.
+        name: the scene's file or name, put in front of each problem of its own.
+        overrides: dotted keys that came from ``--set``; problems below them are theirs.
+    """
+    lines: dict[str, None] = {}  # a set that keeps its order
+    meant: set[str] = set()  # keys that were there, but misspelt
+    for problem in error.errors(include_url=False):
+        path, node = _place(problem["loc"])
+        if problem["type"] == "extra_forbidden":
+            meant.add(_misspelt(path, node))
+    for problem in error.errors(include_url=False):
+        path, node = _place(problem["loc"])
+        kind = problem["type"]
+        if kind == "too_short" and len(problem["input"]) >= problem["ctx"]["min_length"]:
+            continue  # items with problems of their own are not counted
+        if kind == "missing" and dotted(path) in meant:
+            continue
+        if kind == "missing" and isinstance(path[-1], int):  # a list that is too short
+            path, node = _place(problem["loc"][:-1])
+            kind = "too_short"
+        lines[_line(problem, kind, path, node, name, overrides)] = None
+    return "\n".join(lines)
+
+
+def _line(
+    problem: ErrorDetails,
+    kind: str,
+    path: tuple[str | int, ...],
+    node: Node,
+    name: str,
+    overrides: Collection[str],
+) -> str:
+    key, value = dotted(path), problem["input"]
+    by_override = any(key == o or key.startswith(f"{o}.") for o in overrides)
+    if kind == "extra_forbidden":
+        text = _unknown_key(path, problem["loc"])
+    elif kind == "misplaced":
+        text = f"{key} {problem['msg']}"
+    elif kind == "missing_here":
+        text = f"{key} is missing; {problem['msg']}"
+    elif kind == "missing":
+        text = f"{key} is missing; {_remedy_if_missing(path, node)}"
+    elif kind == "union_tag_not_found":
+        tag, kinds = _tag_and_kinds(problem, node)
+        text = f"{key}.{tag} is missing; must be {kinds}"
+    elif kind == "union_tag_invalid":
+        tag, kinds = _tag_and_kinds(problem, node)
+        by_override = by_override or f"{key}.{tag}" in overrides
+        text = f"{key}.{tag} = {shown(value[tag])}; must be {kinds}"
+    else:
+        text = f"{key} = {shown(value)}; {_remedy(kind, path, node, problem)}"
+    # What is wrong with a list or table as a whole may come from one item set inside it.
+    if isinstance(value, list) or kind == "misplaced":
+        by_override = by_override or any(o.startswith(f"{key}.") for o in overrides)
+    if not by_override:
+        return f"{name}: {text}"
+    return f"--set {text}" if text.startswith(key) else f"--set: {text}"
+
+
+def _place(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Node]:
+    """Return an error's key path and schema node, without the tags of pydantic's unions.
+
+    Of a path that the schema does not know, the node is that of the last known table.
+    """
+    path: list[str | int] = []
+    node = ROOT
+    for part in loc:
+        if len(node.models) > 1:
+            node = node.kind(part)
+            continue
+        path.append(part)
+        node = node.child(part) or node
+    return tuple(path), node
+
+
+def _misspelt(path: tuple[str | int, ...], table: Node) -> str:
+    hint = suggestion(dotted(path[:-1]), table, str(path[-1]))
+    return hint.removeprefix("did you mean ").removesuffix("?")
+
+
+def _unknown_key(path: tuple[str | int, ...], loc: tuple[str | int, ...]) -> str:
+    """Say what to do about an unknown key; a key of another distribution gets its own message."""
+    key, table = dotted(path), dotted(path[:-1])
+    _, chosen = _place(loc)
+    whole = ROOT
+    for part in path[:-1]:
+        whole = whole.child(part) or whole
+    if len(whole.models) > 1 and path[-1] in whole.fields:
+        tag, *keys = chosen.fields
+        taken = chosen.child(tag)
+        assert taken is not None
+        return (
+            f"{key} does not belong to {tag} = {taken.expects()}, "
+            f"which takes {', '.join(keys)}; leave it out or change the {tag}"
+        )
+    return f"unknown key {key}; {suggestion(table, chosen, str(path[-1]))}"
+
+
+def _remedy_if_missing(path: tuple[str | int, ...], node: Node) -> str:
+    if path == ("light",):
+        return 'a scene needs at least one light: add [[light]] with type = "sun"'
+    if path == ("droplets",):
+        return "add [droplets] with box_m, radius and density, or with file"
+    return f"give {node.expects()}"
+
+
+def _remedy(kind: str, path: tuple[str | int, ...], node: Node, problem: ErrorDetails) -> str:
+    if kind == "refused":
+        return problem["msg"]
+    if kind == "finite_number":
+        return f"must be a finite number{', ' if node.range else ''}{node.range}"
+    if kind in _OUT_OF_RANGE:
+        return f"must be {node.range}"
+    if kind == "string_too_short":
+        return "must not be empty"
+    key = dotted(path)
+    item = node.child(0)
+    if item is not None and item.models:
+        return f"must be one or more tables: write [[{key}]], in double brackets"
+    if node.models:
+        return f"must be a table: write [{key}]"
+    example = f", such as {toml_text(node.default)}" if node.items and node.default else ""
+    return f"must be {node.expects()}{example}"
+
+
+def _tag_and_kinds(problem: ErrorDetails, node: Node) -> tuple[str, str]:
+    """Return the key that tells the kinds of a table apart, and what it may be, in words."""
+    tag = str(problem["ctx"]["discriminator"]).strip("'")
+    choice = node.child(tag)
+    assert choice is not None
+    return tag, choice.expects()
+
+
+def shown(value: object) -> str:
+    """Return a wrong value as TOML, cut to a readable length."""
+    text = toml_text(value)
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"

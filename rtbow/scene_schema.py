@@ -1,0 +1,215 @@
+"""What the scene's models allow, asked by key: for messages, overrides, panels and documents."""
+
+import difflib
+import json
+import re
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from rtbow.scene import Scene
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+
+@dataclass(frozen=True)
+class Node:
+    """One place in the schema: a table (``models``), a list (``items``) or a single value.
+
+    ``models`` has several entries where the table is of one of several kinds; ``items`` are the
+    annotations of a list's items, of which an ``open`` list repeats the first.
+    """
+
+    annotation: Any
+    metadata: tuple[Any, ...]
+    models: tuple[type[BaseModel], ...] = ()
+    items: tuple[Any, ...] = ()
+    open: bool = False
+    default: Any = None
+
+    @classmethod
+    def of(
+        cls, annotation: object, metadata: tuple[Any, ...] = (), default: object = None
+    ) -> "Node":
+        """Return the node of a type annotation, seen through ``Annotated`` and ``| None``."""
+        while True:
+            if get_origin(annotation) is Annotated:
+                annotation, *extra = get_args(annotation)
+                for item in extra:
+                    metadata += tuple(item.metadata) if isinstance(item, FieldInfo) else (item,)
+                continue
+            choices = [a for a in get_args(annotation) if a is not type(None)]
+            if get_origin(annotation) in (Union, types.UnionType) and len(choices) == 1:
+                annotation = choices[0]
+                continue
+            break
+        if get_origin(annotation) is tuple:
+            items = get_args(annotation)
+            is_open = items[-1] is Ellipsis
+            items = items[:1] if is_open else items
+            return cls(annotation, metadata, items=items, open=is_open, default=default)
+        choices = choices if get_origin(annotation) in (Union, types.UnionType) else [annotation]
+        models = tuple(c for c in choices if isinstance(c, type) and issubclass(c, BaseModel))
+        return cls(annotation, metadata, models=models, default=default)
+
+    @property
+    def fields(self) -> dict[str, FieldInfo]:
+        """The keys this table may hold, in order; none if it is no table."""
+        found: dict[str, FieldInfo] = {}
+        for model in self.models:
+            for name, field in model.model_fields.items():
+                found.setdefault(name, field)
+        return found
+
+    def child(self, part: str | int) -> "Node | None":
+        """Return what lies under a key or list index; None if the schema has no such place."""
+        if isinstance(part, int):
+            if self.items and (self.open or part < len(self.items)):
+                return Node.of(self.items[0 if self.open else part])
+            return None
+        field = self.fields.get(part)
+        if field is None:
+            return None
+        if len(self.models) > 1 and get_origin(field.annotation) is Literal:
+            # What tells the kinds apart may be any of theirs.
+            tags = [get_args(m.model_fields[part].annotation) for m in self.models]
+            return Node(Literal[sum(tags, ())], ())
+        default = None if field.is_required() else field.default
+        return Node.of(field.annotation, tuple(field.metadata), default)
+
+    def kind(self, tag: object) -> "Node":
+        """Return the node of the one kind of table that has ``tag`` as its discriminator."""
+        for model in self.models:
+            if any(tag in get_args(field.annotation) for field in model.model_fields.values()):
+                return Node(model, (), models=(model,))
+        return self
+
+    @property
+    def range(self) -> str:
+        """The allowed range of a number, such as ``1..5000``; empty if there is none."""
+        found = {
+            name: _number(getattr(limit, name))
+            for limit in self.metadata
+            for name in ("ge", "gt", "le", "lt")
+            if hasattr(limit, name)
+        }
+        if found.keys() == {"ge", "le"}:
+            return f"{found['ge']}..{found['le']}"
+        words = {
+            "gt": "greater than {}",
+            "ge": "{} or more",
+            "lt": "less than {}",
+            "le": "up to {}",
+        }
+        return " and ".join(
+            text.format(found[name]) for name, text in words.items() if name in found
+        )
+
+    def expects(self) -> str:
+        """Say in words what may stand here, to follow "must be"."""
+        if self.models:
+            return "a table"
+        if get_origin(self.annotation) is Literal:
+            return one_of(get_args(self.annotation))
+        if self.items:
+            return self._list_in_words()
+        word = {
+            float: "a number",
+            int: "a whole number",
+            bool: "true or false",
+            str: "text in quotes",
+        }[self.annotation]
+        return f"{word}, {self.range}" if self.range else word
+
+    def _list_in_words(self) -> str:
+        item = Node.of(self.items[0])
+        if item.models:
+            return "one or more tables"
+        if item.items:
+            limits = Node.of(item.items[0]).range
+            return f"a list of {len(self.items)} lists of {len(item.items)} numbers, each {limits}"
+        word = {float: "numbers", int: "whole numbers"}[item.annotation]
+        count = "one or more" if self.open else str(len(self.items))
+        limits = f", each {item.range}" if item.range else ""
+        return f"a list of {count} {word}{limits}"
+
+
+ROOT = Node.of(Scene)
+
+
+def walk_fields() -> Iterator[tuple[str, str, FieldInfo]]:
+    """Yield (table, key, field) of every single value or list in a scene file.
+
+    Tables are named as in ``--set``, with ``light.0`` for the tables of a list. A key that several
+    kinds of the same table share comes once.
+    """
+    yield from _walk("", ROOT)
+
+
+def _walk(table: str, node: Node) -> Iterator[tuple[str, str, FieldInfo]]:
+    inner: list[tuple[str, Node]] = []
+    for name, field in node.fields.items():
+        child = node.child(name)
+        assert child is not None
+        path = f"{table}.{name}" if table else name
+        item = child.child(0)
+        if child.models:
+            inner.append((path, child))
+        elif item is not None and item.models:
+            inner.append((f"{path}.0", item))
+        else:
+            yield table, name, field
+    for path, child in inner:
+        yield from _walk(path, child)
+
+
+def suggestion(table: str, node: Node, unknown: str) -> str:
+    """Return the remedy for an unknown key of a table: the nearest known key, or all of them."""
+    elsewhere = [f"{place}.{key}" for place, key, _ in walk_fields() if key == unknown]
+    if elsewhere:
+        return f"did you mean {' or '.join(elsewhere)}?"
+    near = difflib.get_close_matches(unknown, node.fields, n=1, cutoff=0.5)
+    if near:
+        return f"did you mean {f'{table}.' if table else ''}{near[0]}?"
+    return f"known here: {', '.join(node.fields)}"
+
+
+def dotted(path: tuple[str | int, ...]) -> str:
+    """Return a key path as it is typed after ``--set``; odd keys are quoted."""
+    return ".".join(
+        str(part) if isinstance(part, int) or _BARE_KEY.fullmatch(part) else toml_text(part)
+        for part in path
+    )
+
+
+def toml_text(value: object) -> str:
+    """Return a value as TOML on one line; None, which TOML lacks, as ``none``."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, dict):
+        inner = ", ".join(f"{dotted((str(k),))} = {toml_text(v)}" for k, v in value.items())
+        return f"{{ {inner} }}" if inner else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml_text, value))}]"
+    try:
+        return str(value)
+    except ValueError:  # Python refuses to print integers of more than 4300 digits
+        return "(a number of thousands of digits)"
+
+
+def one_of(values: tuple[object, ...]) -> str:
+    """Return ``"a"``, or ``one of "a", "b"``."""
+    text = ", ".join(map(toml_text, values))
+    return text if len(values) == 1 else f"one of {text}"
+
+
+def _number(value: float) -> str:
+    return f"{value:g}".replace("e+0", "e")

@@ -1,0 +1,223 @@
+"""Method ``spectral``: the paper's march with a wavelength loop, as a GLSL fragment shader."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow import atmosphere, constants
+from rtbow.camera import camera_basis
+from rtbow.colour import XYZ_TO_RGB
+from rtbow.context import GlContext
+from rtbow.errors import InputError
+from rtbow.glsl import Define, compile_program, glsl_literal
+from rtbow.optics import Optics, scene_optics
+from rtbow.scene import Camera, Scene
+from rtbow.steps import step_rates
+from rtbow.table import airy_table, shader_constants
+from rtbow.volume import DropletVolume, build_volume
+
+Float32 = NDArray[np.float32]
+Progress = Callable[[Iterable[int]], Iterable[int]]
+
+_MAX_STEPS = 1 << 16
+_TILE_SECONDS = 0.15
+"""Rows are drawn in strips of about this long, so that an interrupt is heard and progress shows."""
+
+
+def _matrix_literal(matrix: NDArray[np.float64]) -> str:
+    """Write a matrix as GLSL, which lists columns first."""
+    values = ", ".join(glsl_literal(float(v)) for v in matrix.T.ravel())
+    return f"mat3({values})"
+
+
+def shader_defines(optics: Optics, volume: DropletVolume) -> dict[str, Define]:
+    """Give the shader's constants, and the switches that change its shape for a scene.
+
+    ``shaders/README.md`` lists the switches.
+    """
+    sides = ", ".join(glsl_literal(b.side) for b in optics.bows)
+    return {
+        **shader_constants(),
+        "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
+        "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
+        "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
+        "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
+        "XYZ_TO_RGB": _matrix_literal(XYZ_TO_RGB),
+        "MAX_STEPS": _MAX_STEPS,
+        "WAVELENGTH_COUNT": len(optics.wavelength_nm),
+        "BOW_COUNT": len(optics.bows),
+        "BOW_SIDE": f"float[]({sides})",
+        "SUN_COUNT": len(optics.suns),
+        "GRID": not volume.uniform,
+        "AIR": optics.has_air,
+        "DISC": any(sun.disc_rad > 0.0 for sun in optics.suns),
+    }
+
+
+def spectral_rows(optics: Optics) -> Float32:
+    """Lay out the per-wavelength numbers as the shader reads them.
+
+    Returns:
+        float32 (bows + suns, W, 4): per bow angle, scale, strength, 0; per sun the weights to
+        X, Y, Z and the air depth.
+    """
+    count = len(optics.wavelength_nm)
+    bow_rows = [
+        np.stack([b.angle_rad, b.scale, b.strength, np.zeros(count)], axis=1) for b in optics.bows
+    ]
+    sun_rows = [np.column_stack([w, optics.air_depth]) for w in optics.weights]
+    return np.stack(bow_rows + sun_rows).astype(np.float32)
+
+
+class SpectralPass:
+    """A scene's textures and program on one GL context.
+
+    Args:
+        gl: the context; it must be current here and in :meth:`render`.
+        scene: the scene.
+
+    Raises:
+        InputError: a spectrum or volume is not usable, or beyond what this GL device takes.
+    """
+
+    def __init__(self, gl: GlContext, scene: Scene) -> None:
+        self._gl = gl
+        self._scene = scene
+        optics = scene_optics(scene)
+        volume = build_volume(scene.droplets)
+        self._check_limits(scene.camera, volume, optics)
+        self._program = compile_program(
+            gl.ctx, "fullscreen.vert", "rainbow.frag", shader_defines(optics, volume)
+        )
+        self._triangle = gl.ctx.vertex_array(self._program, [])
+        self._textures = self._upload(optics, volume)
+        self._set_scene(optics, volume)
+
+    def _check_limits(self, camera: Camera, volume: DropletVolume, optics: Optics) -> None:
+        limits = self._gl.limits
+        largest = min(limits.texture_2d, *limits.viewport)
+        if max(camera.size_px) > largest:
+            raise InputError(
+                f"camera.size_px = {list(camera.size_px)}; this GL device ({self._gl.renderer})"
+                f" takes up to {largest} pixels a side; render smaller, or with --method reference"
+            )
+        if max(volume.shape) > limits.texture_3d:
+            raise InputError(
+                f"droplet grid {volume.shape}; this GL device ({self._gl.renderer}) takes up to"
+                f" {limits.texture_3d} points a side; use a coarser volume"
+            )
+        if len(optics.wavelength_nm) > limits.texture_2d:
+            raise InputError(
+                f"render.wavelength_step_nm = {self._scene.render.wavelength_step_nm:g}; gives"
+                f" {len(optics.wavelength_nm)} wavelengths, this GL device takes up to"
+                f" {limits.texture_2d}; use a larger step"
+            )
+
+    def _texture(self, data: Float32, channels: int, *, linear: bool) -> moderngl.Texture:
+        rows, columns = data.shape[:2]
+        contiguous = np.ascontiguousarray(data, dtype=np.float32)
+        texture = self._gl.ctx.texture((columns, rows), channels, contiguous, dtype="f4")
+        mode = moderngl.LINEAR if linear else moderngl.NEAREST
+        texture.filter = (mode, mode)
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+    def _upload(
+        self, optics: Optics, volume: DropletVolume
+    ) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
+        table = airy_table()
+        textures: dict[str, moderngl.Texture | moderngl.Texture3D] = {
+            "spectral": self._texture(spectral_rows(optics), 4, linear=False),
+            "airyNearTable": self._texture(table.near, 1, linear=True),
+        }
+        if any(sun.disc_rad > 0.0 for sun in optics.suns):
+            textures["airyFringeTable"] = self._texture(table.fringe[None], 1, linear=True)
+            textures["airyPoleTable"] = self._texture(table.pole, 2, linear=True)
+        if optics.has_air:
+            column = atmosphere.column_table().log_column
+            textures["columnTable"] = self._texture(column, 1, linear=True)
+        if not volume.uniform:
+            moments = volume.moments()
+            drops = self._gl.ctx.texture3d(volume.shape, 2, moments, dtype="f4")
+            drops.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            drops.repeat_x = drops.repeat_y = drops.repeat_z = False
+            textures["dropletMoments"] = drops
+        return textures
+
+    def _set(self, name: str, value: object) -> None:
+        # The compiler drops what a scene does not use, and its uniform with it.
+        if name in self._program:
+            self._program[name] = value
+
+    def _set_scene(self, optics: Optics, volume: DropletVolume) -> None:
+        camera, steps = self._scene.camera, self._scene.render.steps
+        eye = np.array(camera.position_m)
+        for unit, name in enumerate(self._textures):
+            self._set(name, unit)
+        self._set("frameSize", tuple(float(n) for n in camera.size_px))
+        self._set("cameraBasis", tuple(camera_basis(camera).ravel()))
+        self._set("eyeHeight", float(eye[2]))
+        # Relative to the eye in float64, so that float32 keeps its digits far from the origin.
+        self._set("boxLow", tuple(volume.box_m[0] - eye))
+        self._set("boxHigh", tuple(volume.box_m[1] - eye))
+        if volume.uniform:
+            radius_m = float(volume.radius_um[0, 0, 0]) * 1e-6
+            self._set("uniformDroplets", (float(volume.number_per_m3[0, 0, 0]), radius_m))
+        rates = step_rates(volume, optics)
+        self._set("cellsPerMetre", tuple(rates.cells_per_metre))
+        self._set("airPerMetre", rates.air_per_metre)
+        self._set("fixedSteps", steps or 0)
+        directions = [tuple(sun.direction) for sun in optics.suns]
+        shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]
+        # moderngl takes a single value, not a list, for an array of one.
+        self._set("sunDirection", directions if len(directions) > 1 else directions[0])
+        self._set("sunShape", shapes if len(shapes) > 1 else shapes[0])
+
+    def render(self, progress: Progress = lambda rows: rows) -> Float32:
+        """Draw the frame.
+
+        Args:
+            progress: wraps the loop over the picture's rows.
+
+        Returns:
+            Linear Rec. 709 in cd/m², float32 (h, w, 3), first row on top.
+        """
+        ctx = self._gl.ctx
+        width, height = self._scene.camera.size_px
+        target = ctx.texture((width, height), 4, dtype="f4")
+        frame = ctx.framebuffer([target])
+        frame.use()
+        ctx.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        for unit, texture in enumerate(self._textures.values()):
+            texture.use(unit)
+        for first, count in _strips(height, progress):
+            frame.scissor = (0, height - first - count, width, count)
+            self._triangle.render(moderngl.TRIANGLES, vertices=3)
+            ctx.finish()
+        frame.scissor = None
+        pixels = np.frombuffer(target.read(), dtype=np.float32).reshape(height, width, 4)
+        return np.ascontiguousarray(pixels[::-1, :, :3])
+
+
+def _strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:
+    """Cut rows into strips that take about ``_TILE_SECONDS`` each, by the time of the last one.
+
+    Yields the first row and the number of rows; ``progress`` sees every row once.
+    """
+    rows = iter(progress(range(height)))
+    first, count = 0, min(height, 4)
+    while first < height:
+        begun = time.perf_counter()
+        yield first, count
+        for _ in range(count):
+            next(rows, None)
+        spent = max(time.perf_counter() - begun, 1e-6)
+        first += count
+        faster = int(count * min(max(_TILE_SECONDS / spent, 0.25), 4.0))
+        count = min(max(faster, 1), height - first)
+    next(rows, None)  # lets the wrapper finish its line

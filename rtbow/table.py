@@ -1,0 +1,254 @@
+"""The scattering table: Airy's intensity averaged over the light's disc, in scaled variables.
+
+Airy's theory depends on radius, wavelength, order and disc only through the scaled angle ``z`` and
+the disc's radius ``s`` in the same scale (:mod:`rtbow.airy`), so three small arrays hold it all:
+
+* ``near``: the mean of Ai²(-(z + s t)) over a disc, around the bow, up to a last ``z``;
+* ``fringe`` beyond: there Ai² is ``(1 + sin(psi)) / (2 pi sqrt(z))`` to better than 0.1 %, and a
+  disc of ``P`` rad of fringe phase damps the sine by ``2 J1(P)/P``;
+* ``pole``: within some disc radii of the antisolar point (or, for the secondary, of the sun) a
+  disc covers rings, not strips: what that adds to the factor of the sine, as a complex number.
+
+No axis is a radius, so nothing is interpolated between radii: fringes move as a^(-2/3), and a
+plain grid over radius loses 10-30 % of the bow's peak between its nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared_and_integral
+from rtbow.cache import cached_arrays
+from rtbow.disc import disc_nodes
+
+Array = NDArray[np.float64]
+
+# --- Layout, shared with the shader through :func:`shader_constants` --------------------------
+
+NEAR_Z_LOW = -9.0
+"""Below, Ai² is under 1e-16 of its peak: zero."""
+NEAR_Z_HIGH = 16.0
+"""Above, the asymptotic form holds."""
+NEAR_S_FIXED = 2.0
+"""Up to this disc the near rows all span the same z, so that fringes line up between rows; wider
+discs have no fringes left, and their rows widen with the disc."""
+NEAR_COLUMNS = 1280
+NEAR_ROWS = 160
+MAX_DISC = 24.0
+"""Largest scaled disc radius with a row. On discs so wide only Descartes' caustic is left, which
+scales: G(z, s) = sqrt(k) G(k z, k s); wider ones are looked up through k = MAX_DISC / s."""
+DISC_CURVE = 4.0
+"""s = MAX_DISC (e^{k q} - 1) / (e^k - 1): rows dense where fringes still show."""
+
+MAX_PHASE = 96.0
+"""Fringe phase across the disc's radius, rad, beyond which the fringes are gone."""
+FRINGE_SIZE = 1024
+POLE_DISTANCE = 24.0
+"""In disc radii: how far from the pole the rings matter."""
+POLE_ROWS = 128
+POLE_COLUMNS = 256
+
+
+def shader_constants() -> dict[str, float]:
+    """Give the layout's numbers under the names that ``airy.glsl`` uses."""
+    return {
+        "AIRY_NEAR_Z_LOW": NEAR_Z_LOW,
+        "AIRY_NEAR_Z_HIGH": NEAR_Z_HIGH,
+        "AIRY_NEAR_S_FIXED": NEAR_S_FIXED,
+        "AIRY_NEAR_COLUMNS": float(NEAR_COLUMNS),
+        "AIRY_NEAR_ROWS": float(NEAR_ROWS),
+        "AIRY_MAX_DISC": MAX_DISC,
+        "AIRY_DISC_CURVE": DISC_CURVE,
+        "AIRY_DISC_EXP": float(np.exp(DISC_CURVE)),
+        "AIRY_MAX_PHASE": MAX_PHASE,
+        "AIRY_FRINGE_SIZE": float(FRINGE_SIZE),
+        "AIRY_POLE_DISTANCE": POLE_DISTANCE,
+        "AIRY_POLE_ROWS": float(POLE_ROWS),
+        "AIRY_POLE_COLUMNS": float(POLE_COLUMNS),
+    }
+
+
+def _disc_of_row(q: Array) -> Array:
+    return MAX_DISC * np.expm1(DISC_CURVE * q) / np.expm1(DISC_CURVE)
+
+
+def _row_of_disc(s: Array) -> Array:
+    return np.log1p(s / MAX_DISC * np.expm1(DISC_CURVE)) / DISC_CURVE
+
+
+def _near_span(s: Array) -> tuple[Array, Array]:
+    """Give the z range of the near rows for discs ``s``."""
+    wide = np.maximum(s - NEAR_S_FIXED, 0.0)
+    return NEAR_Z_LOW - NEAR_S_FIXED - wide, NEAR_Z_HIGH + 1.5 * wide
+
+
+def _build_near() -> Array:
+    s = _disc_of_row(np.linspace(0.0, 1.0, NEAR_ROWS))
+    low, high = _near_span(s)
+    # Both functions once on a line fine enough that linear interpolation errs by 1e-6.
+    line = np.arange(low[-1] - MAX_DISC, high[-1] + MAX_DISC, 2e-3)
+    value, integral = airy_squared_and_integral(line)
+    v = np.linspace(0.0, 1.0, NEAR_COLUMNS)
+    near = np.empty((NEAR_ROWS, NEAR_COLUMNS))
+    for row, disc in enumerate(s):
+        z = (low[row] + (high[row] - low[row]) * v)[:, None]
+        if disc < NEAR_S_FIXED:
+            # Gauss-Chebyshev, second kind: the flat disc's chords as the weight.
+            count = 12 + int(4.2 * disc)
+            angle = np.arange(1, count + 1) * np.pi / (count + 1)
+            weight = 2.0 / (count + 1) * np.sin(angle) ** 2
+            near[row] = np.interp(z + disc * np.cos(angle), line, value) @ weight
+        else:
+            # The same mean by parts: first kind, on the integral, whose fringes are far weaker,
+            # so that the nodes need to follow the bow alone.
+            count = 12 + int(5.0 * disc)
+            angle = (np.arange(count) + 0.5) * np.pi / count
+            weight = 2.0 / (disc * count) * np.cos(angle)
+            near[row] = np.interp(z + disc * np.cos(angle), line, integral) @ weight
+    return near
+
+
+def _build_fringe() -> Array:
+    from scipy.special import j1
+
+    phase = np.linspace(0.0, MAX_PHASE, FRINGE_SIZE)
+    phase[0] = 1.0
+    factor = 2.0 * j1(phase) / phase
+    factor[0] = 1.0
+    return np.asarray(factor, dtype=np.float64)
+
+
+def _build_pole(fringe: Array) -> Array:
+    phase = np.linspace(0.0, MAX_PHASE, POLE_COLUMNS)
+    flat = np.interp(phase, np.linspace(0.0, MAX_PHASE, FRINGE_SIZE), fringe)
+    pole = np.zeros((POLE_ROWS, POLE_COLUMNS, 2))
+    for row, q in enumerate(np.linspace(0.0, 1.0, POLE_ROWS)):
+        distance = POLE_DISTANCE * q**2
+        # A disc of 1e-4 rad: the plane, on the sphere's own quadrature.
+        unit = 1e-4
+        angle, weight = disc_nodes(distance * unit, unit, 96)
+        kernel = np.exp(1j * np.outer(phase, angle / unit - distance)) @ weight - flat
+        # Faded out over the last part, so that nothing steps at its end.
+        kernel *= np.clip((1.0 - q) / 0.1, 0.0, 1.0)
+        pole[row, :, 0], pole[row, :, 1] = kernel.real, kernel.imag
+    return pole
+
+
+@dataclass(frozen=True)
+class AiryTable:
+    """The table's arrays, and look-ups that follow the shader's step by step.
+
+    Attributes:
+        near: disc means of Ai² (rows of disc, columns of z), float32.
+        fringe: factor of the fringes (phase), float32.
+        pole: its complex change near the pole (distance, phase, 2), float32.
+    """
+
+    near: NDArray[np.float32]
+    fringe: NDArray[np.float32]
+    pole: NDArray[np.float32]
+
+    def mean_airy_squared(self, z: Array, s: Array, pole_distance: Array) -> Array:
+        """Look up the disc mean of Ai²(-z).
+
+        Args:
+            z: scaled angle into the bright side.
+            s: scaled disc radius, 0 or more.
+            pole_distance: angle from the pole in disc radii (large when there is no disc).
+
+        Returns:
+            The mean, shape of the broadcast arguments.
+        """
+        z, s, distance = np.broadcast_arrays(z, s, pole_distance)
+        shrink = MAX_DISC / np.maximum(s, MAX_DISC)
+        z, s = z * shrink, s * shrink
+        row = _row_of_disc(s) * (NEAR_ROWS - 1)
+        below = np.clip(row.astype(np.int64), 0, NEAR_ROWS - 2)
+        near = np.zeros(z.shape)
+        for offset in (0, 1):
+            index = below + offset
+            low, high = _near_span(_disc_of_row(index / (NEAR_ROWS - 1)))
+            near += (1.0 - np.abs(row - index)) * _linear(
+                self.near, index, (z - low) / (high - low)
+            )
+        _, high = _near_span(s)
+        safe_z = np.maximum(z, 1.0)
+        root = np.sqrt(safe_z)
+        amplitude = 1.0 / (2.0 * np.pi * root)
+        cubed = safe_z * root
+        psi = 4.0 / 3.0 * cubed - 5.0 / (24.0 * cubed)
+        phase = np.minimum(2.0 * root * s, MAX_PHASE)
+        fringe = np.interp(phase, np.linspace(0.0, MAX_PHASE, FRINGE_SIZE), self.fringe)
+        value = np.where(z < high, near, amplitude * (1.0 + fringe * np.sin(psi)))
+
+        close = (distance < POLE_DISTANCE) & (z > 1.0)
+        if np.any(close):
+            d, p = np.sqrt(distance[close] / POLE_DISTANCE), phase[close] / MAX_PHASE
+            real = _bilinear(self.pole[..., 0], d, p)
+            imag = _bilinear(self.pole[..., 1], d, p)
+            ring = np.sin(psi[close]) * real - np.cos(psi[close]) * imag
+            value = np.array(value)
+            value[close] += amplitude[close] * ring
+        return np.asarray(np.sqrt(shrink) * value)
+
+    def cross_section(
+        self, bow: Bow, component: Array, radius_m: Array, theta_rad: Array, disc_rad: float
+    ) -> Array:
+        """Look up one bow's differential cross-section.
+
+        Args:
+            bow: the bow, with W wavelengths.
+            component: its strength to use, ``perpendicular``, ``parallel`` or their mean, (W,).
+            radius_m: drop radii (R,), m.
+            theta_rad: scattering angles (T,), rad.
+            disc_rad: angular radius of the light's disc, rad.
+
+        Returns:
+            |S|²/k² in m² sr⁻¹, shape (R, W, T).
+        """
+        a = np.asarray(radius_m, dtype=np.float64)[:, None, None]
+        theta = np.asarray(theta_rad, dtype=np.float64)[None, None, :]
+        scale = bow.scale[None, :, None] * a**SCALE_POWER
+        excess = bow.side * (theta - bow.angle_rad[None, :, None])
+        distance = np.abs(theta - bow.pole_rad) / max(disc_rad, 1e-12)
+        mean = self.mean_airy_squared(scale * excess, scale * disc_rad, distance)
+        return np.asarray(component[None, :, None] * a**RADIUS_POWER * mean)
+
+
+def _linear(rows: NDArray[np.float32], index: NDArray[np.int64], v: Array) -> Array:
+    """Interpolate along the columns of given rows; zero before the first column."""
+    column = np.clip(v, 0.0, 1.0) * (rows.shape[1] - 1)
+    left = np.clip(column.astype(np.int64), 0, rows.shape[1] - 2)
+    f = column - left
+    return np.where(v < 0.0, 0.0, rows[index, left] * (1.0 - f) + rows[index, left + 1] * f)
+
+
+def _bilinear(grid: NDArray[np.float32], u: Array, v: Array) -> Array:
+    row = np.clip(u, 0.0, 1.0) * (grid.shape[0] - 1)
+    index = np.clip(row.astype(np.int64), 0, grid.shape[0] - 2)
+    f = row - index
+    return _linear(grid, index, v) * (1.0 - f) + _linear(grid, index + 1, v) * f
+
+
+def build_airy_table() -> AiryTable:
+    """Compute the table from Airy's function, in float64, stored as float32."""
+    fringe = _build_fringe()
+    return AiryTable(
+        near=_build_near().astype(np.float32),
+        fringe=fringe.astype(np.float32),
+        pole=_build_pole(fringe).astype(np.float32),
+    )
+
+
+def airy_table() -> AiryTable:
+    """Give the table, from the cache where it lies there already."""
+    key = f"airy layout 1 {sorted(shader_constants().items())}"
+
+    def build() -> dict[str, NDArray[np.float32]]:
+        table = build_airy_table()
+        return {"near": table.near, "fringe": table.fringe, "pole": table.pole}
+
+    return AiryTable(**cached_arrays("airy", key, build))

@@ -1,0 +1,168 @@
+"""The droplet volume: a grid of radii and number densities in a box, and its file."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM
+from rtbow.drops import draw_drops
+from rtbow.errors import InputError
+from rtbow.files import write_atomic
+from rtbow.scene import Droplets
+
+Array = NDArray[np.float64]
+Field = NDArray[np.float32]
+
+MAX_GRID = 1024
+"""Grid points along an axis, at most."""
+
+
+@dataclass(frozen=True)
+class DropletVolume:
+    """Radii and number densities at the points of a regular grid.
+
+    Point i of n along an axis lies at ``lo + i/(n-1) (hi - lo)``, so the outermost points lie on
+    the box faces. Between points density is interpolated trilinearly, and radius as the ratio of
+    the interpolated ``density · radius`` to it, so that an empty point pulls nothing. Outside the
+    box there are no drops.
+
+    Attributes:
+        box_m: lower and upper corner, float64 (2, 3): east, north, up.
+        radius_um: float32 (nx, ny, nz); (1, 1, 1) is a uniform volume.
+        number_per_m3: float32, same shape.
+    """
+
+    box_m: Array
+    radius_um: Field
+    number_per_m3: Field
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Grid points along east, north and up."""
+        nx, ny, nz = self.radius_um.shape
+        return nx, ny, nz
+
+    @property
+    def uniform(self) -> bool:
+        """Whether the volume is one value all over, without a grid."""
+        return self.shape == (1, 1, 1)
+
+    @property
+    def radius_range_um(self) -> tuple[float, float]:
+        """Least and greatest radius where there are drops; (0, 0) in an empty volume."""
+        radii = self.radius_um[self.number_per_m3 > 0.0]
+        return (float(radii.min()), float(radii.max())) if radii.size else (0.0, 0.0)
+
+    def moments(self) -> NDArray[np.float32]:
+        """Give what is interpolated: density [m⁻³] and density · radius [m⁻²].
+
+        Returns:
+            float32 (nz, ny, nx, 2), east fastest: a texture's own order.
+        """
+        moments = np.empty((*self.shape[::-1], 2), dtype=np.float32)
+        moments[..., 0] = self.number_per_m3.transpose(2, 1, 0)
+        np.multiply(
+            moments[..., 0],
+            self.radius_um.transpose(2, 1, 0) * np.float32(1e-6),
+            out=moments[..., 1],
+        )
+        return moments
+
+
+def build_volume(droplets: Droplets) -> DropletVolume:
+    """Make the volume that a scene asks for, drawn from its seed or read from its file.
+
+    Raises:
+        InputError: the volume file is not usable.
+    """
+    if droplets.file is not None:
+        return load_volume(Path(droplets.file))
+    assert droplets.box_m is not None  # the scene checks that box, radius and density are there
+    assert droplets.radius is not None
+    assert droplets.density is not None
+    shape = droplets.grid or (1, 1, 1)
+    rng = np.random.default_rng(droplets.seed)
+    radius_m, number = draw_drops(droplets.radius, droplets.density, int(np.prod(shape)), rng)
+    return DropletVolume(
+        box_m=np.array(droplets.box_m, dtype=np.float64),
+        radius_um=(radius_m * 1e6).astype(np.float32).reshape(shape),
+        number_per_m3=number.astype(np.float32).reshape(shape),
+    )
+
+
+def save_volume(volume: DropletVolume, path: Path) -> None:
+    """Write a volume file, whole or not at all.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        radius_um=volume.radius_um,
+        number_per_m3=volume.number_per_m3,
+        box_m=volume.box_m,
+    )
+    write_atomic(path, buffer.getvalue())
+
+
+_EXPECTED = (
+    "expected an .npz with radius_um and number_per_m3 of one shape (nx, ny, nz), 2 to"
+    f" {MAX_GRID} points along each axis, and box_m (2, 3); tools/build_droplets.py makes one"
+)
+
+
+def load_volume(path: Path) -> DropletVolume:
+    """Read and check a volume file.
+
+    Raises:
+        InputError: not there, not an ``.npz``, arrays missing, of unequal shape, out of range.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            if not isinstance(data, np.lib.npyio.NpzFile):
+                raise InputError(f"{path}: is a single array; {_EXPECTED}")
+            wanted = ("radius_um", "number_per_m3", "box_m")
+            missing = [name for name in wanted if name not in data.files]
+            if missing:
+                raise InputError(f"{path}: lacks {', '.join(missing)}; {_EXPECTED}")
+            radius, number, box = (data[name] for name in wanted)
+    except FileNotFoundError:
+        raise InputError(f"{path}: volume file not found") from None
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+        raise InputError(f"{path}: not a readable volume ({error}); {_EXPECTED}") from None
+
+    for name, array in (("radius_um", radius), ("number_per_m3", number), ("box_m", box)):
+        if array.dtype.kind not in "fiu":
+            raise InputError(f"{path}: {name} holds {array.dtype}, not numbers; {_EXPECTED}")
+    if radius.ndim != 3 or radius.shape != number.shape:
+        raise InputError(
+            f"{path}: radius_um {radius.shape} and number_per_m3 {number.shape}; {_EXPECTED}"
+        )
+    if not all(2 <= n <= MAX_GRID for n in radius.shape):
+        raise InputError(f"{path}: grid of {radius.shape} points; {_EXPECTED}")
+    if box.shape != (2, 3) or not np.all(np.isfinite(box)) or not np.all(box[1] > box[0]):
+        raise InputError(
+            f"{path}: box_m = {box.tolist()}; must be two finite corners, the second greater"
+            " along east, north and up"
+        )
+    radius = radius.astype(np.float32)
+    number = number.astype(np.float32)
+    if not np.all(np.isfinite(number)) or np.any(number < 0.0):
+        raise InputError(f"{path}: number_per_m3 has negative or non-finite values; must be >= 0")
+    # Where there are no drops their radius means nothing, but a NaN would still spread.
+    filled = radius[number > 0.0]
+    if not np.all(np.isfinite(radius)) or np.any(
+        (filled < MIN_RADIUS_UM) | (filled > MAX_RADIUS_UM)
+    ):
+        raise InputError(
+            f"{path}: radius_um must be finite, and within {MIN_RADIUS_UM:g}-{MAX_RADIUS_UM:g} µm"
+            " wherever number_per_m3 > 0"
+        )
+    return DropletVolume(box.astype(np.float64), radius, number)

@@ -1,0 +1,73 @@
+#include "definitions.glsl"
+#include "math.glsl"
+#include "box.glsl"
+#include "airy.glsl"
+#include "atmosphere.glsl"
+#include "droplets.glsl"
+
+// The paper's method: equation 2 by the midpoint rule along the ray, equation 3 over wavelengths.
+
+// Rows of the spectral texture, one column per wavelength: first one row per bow (Descartes' angle,
+// scale, strength, -), then one per light (weights to X, Y, Z in lm/m^2, air depth).
+struct Bow {
+    Angle angle;
+    Number scale;
+    Number strength;
+};
+
+Bow bowAt(sampler2D spectral, int wavelength, int order) {
+    vec4 v = texelFetch(spectral, ivec2(wavelength, order), 0);
+    return Bow(v.x, v.y, v.z);
+}
+
+// Everything about a light at one pixel that does not change along the ray (sunlight is parallel).
+struct SunView {
+    Angle theta;          // scattering angle, 0 = forward
+    Angle altitude;
+    Angle disc;           // angular radius
+};
+
+// Samples along a span: as many as the finest of the grid, the air and the user ask for.
+int stepCount(Length span, Direction ray, vec3 cellsPerMetre, Number airPerMetre, int fixedSteps) {
+    if (fixedSteps > 0) return fixedSteps;
+    vec3 rate = abs(ray) * cellsPerMetre;
+    Number most = max(max(rate.x, rate.y), max(rate.z, airPerMetre));
+    return int(clamp(ceil(span * most), 1.0, float(MAX_STEPS)));
+}
+
+// C(lambda, a, theta) for unpolarised light: the bows' intensities add.
+CrossSection crossSection(sampler2D spectral, sampler2D near, sampler2D fringe, sampler2D pole,
+                          int wavelength, Number radiusScale, Number radiusStrength,
+                          Angle theta, Angle disc) {
+    CrossSection sum = 0.0;
+    for (int b = 0; b < BOW_COUNT; ++b) {
+        Bow bow = bowAt(spectral, wavelength, b);
+        // BOW_SIDE: +1 for the primary, bright towards the antisolar point, -1 for the secondary.
+        Number side = BOW_SIDE[b];
+        Angle toPole = side > 0.0 ? PI - theta : theta;
+        Number scale = bow.scale * radiusScale;
+        sum += bow.strength * radiusStrength
+            * airyMean(near, fringe, pole, scale * side * (theta - bow.angle), scale * disc,
+                       toPole / max(disc, 1.0e-9));
+    }
+    return sum;
+}
+
+// One sample's light over all wavelengths, per metre of ray and per drop density.
+Tristimulus scatteredLight(sampler2D spectral, sampler2D near, sampler2D fringe, sampler2D pole,
+                           int light, SunView sun, Length radius, Column column) {
+    // a^(2/3) and a^(7/3) carry the radius; the rest is per wavelength.
+    Number radiusScale = pow(radius, 2.0 / 3.0);
+    Number radiusStrength = radius * radius * pow(radius, 1.0 / 3.0);
+    Tristimulus sum = vec3(0.0);
+    for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
+        vec4 weight = texelFetch(spectral, ivec2(w, BOW_COUNT + light), 0);
+        Number value = crossSection(spectral, near, fringe, pole, w, radiusScale, radiusStrength,
+                                    sun.theta, sun.disc);
+#if AIR
+        value *= exp(-weight.a * column);
+#endif
+        sum += value * weight.rgb;
+    }
+    return sum;
+}

@@ -1,0 +1,92 @@
+"""Fixtures for every test: OpenGL contexts, a seeded generator, and the images of a failure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+from rtbow.context import Backend, GlContext, open_context
+
+GL_BACKENDS: tuple[Backend, ...] = ("osmesa", "egl")
+
+_call_failed = pytest.StashKey[bool]()
+
+
+@pytest.fixture(scope="session")
+def gl_contexts() -> Iterator[Callable[[Backend], GlContext]]:
+    """Open each backend's context at most once in a session; one that does not open is an error."""
+    contexts: dict[str, GlContext] = {}
+
+    def get(backend: Backend) -> GlContext:
+        if backend not in contexts:
+            contexts[backend] = open_context(backend)
+        return contexts[backend]
+
+    yield get
+    for context in contexts.values():
+        context.close()
+
+
+@pytest.fixture(params=GL_BACKENDS)
+def gl(
+    request: pytest.FixtureRequest, gl_contexts: Callable[[Backend], GlContext]
+) -> Iterator[GlContext]:
+    """A context, current for the test, once on OSMesa and once on EGL; no GL error may remain."""
+    context = gl_contexts(request.param)
+    with context.current() as ctx:
+        assert ctx.error == "GL_NO_ERROR", "left by an earlier test"
+        yield context
+        assert ctx.error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """A generator that gives every test the same numbers in every run."""
+    return np.random.default_rng(20240607)
+
+
+@pytest.fixture
+def failure_dir(request: pytest.FixtureRequest) -> Path:
+    """Where images of failing tests are kept; not made until there is one."""
+    return request.config.rootpath / "test-failures"
+
+
+@pytest.fixture
+def save_failure(
+    request: pytest.FixtureRequest, failure_dir: Path
+) -> Iterator[Callable[[str, ArrayLike, ArrayLike], None]]:
+    """Hand in images before they are compared; they are written if the test then fails.
+
+    ``save_failure(name, frame, reference)`` writes ``<test>-<name>-frame.npy``, ``-reference.npy``
+    and, where the shapes agree, ``-difference.npy``.
+    """
+    images: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+
+    def save(name: str, frame: ArrayLike, reference: ArrayLike) -> None:
+        images[name] = (np.array(frame), np.array(reference))  # copies: a test may go on with them
+
+    yield save
+    if not request.node.stash.get(_call_failed, False):
+        return
+    for name, (frame, reference) in images.items():
+        stem = re.sub(r"[^\w.-]+", "_", f"{request.node.name}-{name}")
+        failure_dir.mkdir(parents=True, exist_ok=True)
+        np.save(failure_dir / f"{stem}-frame.npy", frame)
+        np.save(failure_dir / f"{stem}-reference.npy", reference)
+        if frame.shape == reference.shape:
+            difference = frame.astype(np.float64) - reference.astype(np.float64)
+            np.save(failure_dir / f"{stem}-difference.npy", difference)
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Tell the fixtures whether the test itself failed."""
+    outcome = yield
+    report = outcome.get_result()
+    if report.when == "call":
+        item.stash[_call_failed] = report.failed

@@ -1,0 +1,290 @@
+"""What is said about wrong values in a scene file."""
+
+import pytest
+from scene_samples import BASE, FROM_FILE, problems
+
+# --- wrong values: (what to replace in BASE, by what, the whole message after "storm.toml: ")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("radius_um = 500.0", "radius_um = -3", "droplets.radius.radius_um = -3; must be 1..5000"),
+        (
+            "radius_um = 500.0",
+            "radius_um = 5001",
+            "droplets.radius.radius_um = 5001; must be 1..5000",
+        ),
+        (
+            "radius_um = 500.0",
+            "radius_um = true",
+            "droplets.radius.radius_um = true; must be a number, 1..5000",
+        ),
+        (
+            "radius_um = 500.0",
+            'radius_um = "500"',
+            'droplets.radius.radius_um = "500"; must be a number, 1..5000',
+        ),
+        (
+            "radius_um = 500.0",
+            "radius_um = nan",
+            "droplets.radius.radius_um = nan; must be a finite number, 1..5000",
+        ),
+        (
+            "radius_um = 500.0",
+            "",
+            "droplets.radius.radius_um is missing; give a number, 1..5000",
+        ),
+        (
+            "radius_um = 500.0",
+            "radius_um = 5\nmin_um = 3",
+            'droplets.radius.min_um does not belong to distribution = "constant", '
+            "which takes radius_um; leave it out or change the distribution",
+        ),
+        (
+            "[droplets.radius]",
+            "[droplets.radus]",
+            "unknown key droplets.radus; did you mean droplets.radius?",
+        ),
+        (
+            'distribution = "constant"',
+            'distribution = "konstant"',
+            'droplets.radius.distribution = "konstant"; '
+            'must be one of "constant", "uniform", "normal", "marshall-palmer"',
+        ),
+        (
+            'distribution = "constant"',
+            "",
+            "droplets.radius.distribution is missing; "
+            'must be one of "constant", "uniform", "normal", "marshall-palmer"',
+        ),
+        ("[[light]]", "[[lights]]", "unknown key lights; did you mean light?"),
+        (
+            "[[light]]",
+            "[light]",
+            'light = { type = "sun", altitude_deg = 20.0 }; '
+            "must be one or more tables: write [[light]], in double brackets",
+        ),
+        (
+            "[camera]",
+            "[[camera]]",
+            "camera = [{ size_px = [64, 36] }]; must be a table: write [camera]",
+        ),
+        ("altitude_deg = 20.0", "altitude_deg = 91", "light.0.altitude_deg = 91; must be -90..90"),
+        (
+            "altitude_deg = 20.0",
+            "azimuth_deg = inf",
+            "light.0.azimuth_deg = inf; must be a finite number",
+        ),
+        (
+            "altitude_deg = 20.0",
+            "irradiance_w_m2 = 0",
+            "light.0.irradiance_w_m2 = 0; must be greater than 0",
+        ),
+        (
+            "altitude_deg = 20.0",
+            "angular_diameter_deg = 5.1",
+            "light.0.angular_diameter_deg = 5.1; must be 0..5",
+        ),
+        ("altitude_deg = 20.0", 'spectrum = ""', 'light.0.spectrum = ""; must not be empty'),
+        (
+            "altitude_deg = 20.0",
+            "spectrum = 2024-01-01",
+            "light.0.spectrum = 2024-01-01; must be text in quotes",
+        ),
+        (
+            '"sun"',
+            '"point"\nposition_m = [0, 0, 4]',
+            'light.0.type = "point"; point lights are not available in this version; must be "sun"',
+        ),
+        ('"sun"', '"lamp"', 'light.0.type = "lamp"; must be "sun"'),
+        (
+            "size_px = [64, 36]",
+            "size_px = [64, 0]",
+            "camera.size_px.1 = 0; must be 1..16384",
+        ),
+        (
+            "size_px = [64, 36]",
+            "size_px = [64]",
+            "camera.size_px = [64]; "
+            "must be a list of 2 whole numbers, each 1..16384, such as [1280, 720]",
+        ),
+        (
+            "size_px = [64, 36]",
+            "size_px = [64, 36, 3]",
+            "camera.size_px = [64, 36, 3]; "
+            "must be a list of 2 whole numbers, each 1..16384, such as [1280, 720]",
+        ),
+        (
+            "size_px = [64, 36]",
+            "size_px = [64, 36.0]",
+            "camera.size_px.1 = 36.0; must be a whole number, 1..16384",
+        ),
+        (
+            "size_px = [64, 36]",
+            "fov_deg = 180",
+            "camera.fov_deg = 180; must be greater than 0 and less than 180",
+        ),
+        (
+            "size_px = [64, 36]",
+            "position_m = [1e8, 0, 0]",
+            "camera.position_m.0 = 100000000.0; must be -1e7..1e7",
+        ),
+        (
+            "1200.0, 1100.0]]",
+            "1200.0, -5.0]]",
+            "droplets.box_m = [[-1500.0, 200.0, 0.0], [1500.0, 1200.0, -5.0]]; the second corner "
+            "must exceed the first on each axis: it is turned inside out along up (0 to -5)",
+        ),
+        (
+            "[[-1500.0, 200.0, 0.0], [1500.0, 1200.0, 1100.0]]",
+            "[[0, 9, 0], [0, 1, 1]]",
+            "droplets.box_m = [[0, 9, 0], [0, 1, 1]]; the second corner must exceed the first on "
+            "each axis: it is flat along east (0 to 0), it is turned inside out along north "
+            "(9 to 1)",
+        ),
+        (
+            "[droplets.radius]",
+            "grid = [1, 8, 8]\n[droplets.radius]",
+            "droplets.grid.0 = 1; must be 2..1024",
+        ),
+        (
+            "[droplets.radius]",
+            "seed = -1\n[droplets.radius]",
+            "droplets.seed = -1; must be 0 or more",
+        ),
+        (
+            "[droplets.radius]",
+            "extinction = true\n[droplets.radius]",
+            "droplets.extinction = true; the rain's own attenuation is not available in this "
+            "version; must be false",
+        ),
+        (
+            "number_per_m3 = 1000.0",
+            "number_per_m3 = -1",
+            "droplets.density.number_per_m3 = -1; must be 0 or more",
+        ),
+        (
+            "number_per_m3 = 1000.0",
+            "",
+            'droplets.density.number_per_m3 is missing; distribution = "constant" needs it, '
+            "such as 1000",
+        ),
+        (
+            "number_per_m3 = 1000.0",
+            "number_per_m3 = 1\nrain_rate_mm_h = 5",
+            'droplets.density.rain_rate_mm_h does not go with distribution = "constant"; '
+            "give number_per_m3 instead",
+        ),
+        (
+            "[camera]",
+            "[atmosphere]\nrayleigh = 1\n[camera]",
+            "atmosphere.rayleigh = 1; must be true or false",
+        ),
+        (
+            "[camera]",
+            '[scattering]\ntheory = "mie"\n[camera]',
+            'scattering.theory = "mie"; Lorenz-Mie theory is not available in this version; '
+            'must be "airy"',
+        ),
+        (
+            "[camera]",
+            '[scattering]\ntheory = "ariy"\n[camera]',
+            'scattering.theory = "ariy"; must be "airy"',
+        ),
+        (
+            "[camera]",
+            "[scattering]\norders = []\n[camera]",
+            "scattering.orders = []; "
+            "must be a list of one or more whole numbers, each 1..2, such as [1, 2]",
+        ),
+        (
+            "[camera]",
+            "[scattering]\norders = [1, 1]\n[camera]",
+            "scattering.orders = [1, 1]; must name each order once, such as [1, 2]",
+        ),
+        (
+            "[camera]",
+            "[scattering]\norders = [1, 3]\n[camera]",
+            "scattering.orders.1 = 3; must be 1..2",
+        ),
+        (
+            "[camera]",
+            "[scattering]\norders = [true]\n[camera]",
+            "scattering.orders.0 = true; must be a whole number, 1..2",
+        ),
+        (
+            "[camera]",
+            "[scattering]\nwater_temperature_c = 61\n[camera]",
+            "scattering.water_temperature_c = 61; must be -12..60",
+        ),
+        (
+            "[camera]",
+            "[render]\nwavelength_step_nm = 3\n[camera]",
+            "render.wavelength_step_nm = 3; must divide 380-780 nm evenly, as 2.5 and 3.125 do",
+        ),
+        (
+            "[camera]",
+            "[render]\nwavelength_step_nm = 0\n[camera]",
+            "render.wavelength_step_nm = 0; must be 0.01..40",
+        ),
+        ("[camera]", "[render]\nsteps = 0\n[camera]", "render.steps = 0; must be 1..100000"),
+        ("[camera]", "seed = 4\n[camera]", "unknown key seed; did you mean droplets.seed?"),
+        (
+            "[camera]",
+            '"a\\nb" = 4\n[camera]',
+            'unknown key "a\\nb"; known here: camera, light, '
+            "droplets, atmosphere, scattering, render",
+        ),
+    ],
+)
+def test_a_wrong_value_is_named_with_what_is_allowed(old, new, message):
+    assert old in BASE
+    assert problems(BASE.replace(old, new, 1)) == [f"storm.toml: {message}"]
+
+
+def test_all_problems_are_reported_at_once():
+    text = BASE.replace("radius_um = 500.0", "radius_um = -3").replace("20.0", "99", 1)
+    assert problems(f"{text}[rendr]\n") == [
+        "storm.toml: light.0.altitude_deg = 99; must be -90..90",
+        "storm.toml: droplets.radius.radius_um = -3; must be 1..5000",
+        "storm.toml: unknown key rendr; did you mean render?",
+    ]
+
+
+def test_a_scene_needs_a_light_and_drops():
+    assert problems("") == [
+        "storm.toml: light is missing; a scene needs at least one light: add [[light]] with "
+        'type = "sun"',
+        "storm.toml: droplets is missing; add [droplets] with box_m, radius and density, "
+        "or with file",
+    ]
+
+
+def test_an_empty_list_of_lights_is_no_light():
+    assert problems("light = []\n" + FROM_FILE.replace("[[light]]\n", "")) == [
+        "storm.toml: light = []; must be one or more tables: write [[light]], in double brackets"
+    ]
+
+
+def test_what_a_volume_file_replaces_cannot_stand_beside_it():
+    assert problems(f"{FROM_FILE}grid = [4, 4, 4]\n") == [
+        "storm.toml: droplets.grid cannot be given together with droplets.file: "
+        "the volume file carries its own grid; leave one of the two out"
+    ]
+
+
+def test_min_must_be_less_than_max():
+    text = BASE.replace(
+        'distribution = "constant"\nradius_um = 500.0',
+        'distribution = "uniform"\nmin_um = 600\nmax_um = 600.0',
+    )
+    assert problems(text) == [
+        "storm.toml: droplets.radius.max_um = 600.0; must be greater than min_um = 600"
+    ]
+
+
+def test_long_values_are_cut():
+    (line,) = problems(BASE.replace("[64, 36]", f"[{', '.join('7' * 90)}]"))
+    assert len(line) < 200
+    assert "…" in line
