@@ -35,7 +35,7 @@ _LAZY = {
 }
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401 (whatever the module holds)
+def __getattr__(name: str) -> Any:
     if name in _LAZY:
         from importlib import import_module
 

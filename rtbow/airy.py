@@ -15,9 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rtbow.arrays import Array
 
 RADIUS_POWER = 7.0 / 3.0
 """C grows as a^(7/3): a² for the drop's area, a^(1/3) for the focusing at the caustic."""

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rtbow.arrays import Array, Values, floats
 from rtbow.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
-
-Array = NDArray[np.float64]
 
 MAX_HEIGHT_M = 20_000.0
 """Top of the column texture; above it columns are scaled by exp(-h/H0), which is within 0.4 %
@@ -55,7 +54,7 @@ def _rising_column(height_m: Array, sine: Array) -> Array:
     return (density @ (20.0 * _GAUSS_WEIGHTS)) * reach / SCALE_HEIGHT_M
 
 
-def sun_column(height_m: Array, altitude_rad: Array) -> Array:
+def sun_column(height_m: Values, altitude_rad: Values) -> Array:
     """Give the air column from points towards the sun, through spherical shells.
 
     Args:
@@ -80,7 +79,7 @@ def sun_column(height_m: Array, altitude_rad: Array) -> Array:
     return np.where((sine < 0.0) & (alt < horizon_rad(h)), np.inf, column)
 
 
-def segment_column(height_m: float | Array, rise: Array, length_m: Array) -> Array:
+def segment_column(height_m: Values, rise: Values, length_m: Values) -> Array:
     """Give the air column of straight segments near the ground (flat shells), in closed form.
 
     Args:
@@ -96,7 +95,7 @@ def segment_column(height_m: float | Array, rise: Array, length_m: Array) -> Arr
     small = np.abs(u) < 1e-9
     ratio = np.where(small, 1.0 - 0.5 * u, -np.expm1(-u) / np.where(small, 1.0, u))
     start = np.exp(-np.asarray(height_m) / SCALE_HEIGHT_M)
-    return start * np.asarray(length_m) / SCALE_HEIGHT_M * ratio
+    return floats(start * np.asarray(length_m) / SCALE_HEIGHT_M * ratio)
 
 
 @dataclass(frozen=True)

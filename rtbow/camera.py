@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.scene import Camera
-
-Array = NDArray[np.float64]
 
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Array:

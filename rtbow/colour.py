@@ -5,12 +5,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array, floats
 from rtbow.constants import LUMINOUS_EFFICACY_LM_PER_W
 from rtbow.standards import standard_arrays
-
-Array = NDArray[np.float64]
 
 # IEC 61966-2-1, with its published four digits, so that the middle row *is* the luminance
 # that the frame's definition promises.
@@ -21,7 +19,7 @@ RGB_TO_XYZ: Array = np.array(
         [0.0193, 0.1192, 0.9505],
     ]
 )
-XYZ_TO_RGB: Array = np.linalg.inv(RGB_TO_XYZ)
+XYZ_TO_RGB: Array = floats(np.linalg.inv(RGB_TO_XYZ))
 LUMINANCE_WEIGHTS: Array = RGB_TO_XYZ[1].copy()
 """Weights of R, G, B whose sum is luminance, shape (3,)."""
 

@@ -304,7 +304,7 @@ def _create(
         raise _BackendError(str(error), failure_help) from error
 
 
-def _create_moderngl(**settings: Any) -> moderngl.Context:  # noqa: ANN401 (moderngl's own)
+def _create_moderngl(**settings: Any) -> moderngl.Context:
     import moderngl
 
     # moderngl hands its newest context to code that asks for "the" context; ours are not for that.
@@ -572,7 +572,7 @@ def _glfw_errors() -> Iterator[list[tuple[int, str]]]:
 
     errors: list[tuple[int, str]] = []
 
-    def collect(code: int, text: Any) -> None:  # noqa: ANN401 (bytes, though typed as str)
+    def collect(code: int, text: Any) -> None:
         errors.append((code, text.decode("utf-8", "replace")))
 
     previous = glfw.set_error_callback(collect)
@@ -589,7 +589,7 @@ def _glfw_reason(errors: list[tuple[int, str]], otherwise: str) -> str:
 class _WindowDriver:
     """A GLFW window of ours, or of other code (``owned`` False), which is only handed back."""
 
-    def __init__(self, window: Any, owned: bool = True) -> None:  # noqa: ANN401 (a ctypes pointer)
+    def __init__(self, window: Any, owned: bool = True) -> None:
         self.closed = False
         self.window = window
         self._owned = owned
@@ -606,7 +606,7 @@ class _WindowDriver:
     def detach(self) -> None:
         self._make_current(None)
 
-    def _make_current(self, window: Any) -> None:  # noqa: ANN401
+    def _make_current(self, window: Any) -> None:
         import glfw
 
         if self.closed:

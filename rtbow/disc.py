@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rtbow.arrays import Array, floats
 
 
 def disc_nodes(theta_rad: float, radius_rad: float, count: int) -> tuple[Array, Array]:
@@ -32,21 +31,25 @@ def disc_nodes(theta_rad: float, radius_rad: float, count: int) -> tuple[Array, 
     centre = np.pi - theta_rad if mirrored else theta_rad
 
     low, high = abs(centre - radius_rad), centre + radius_rad
-    # theta = middle - half cos(t): the weight's square-root ends become smooth in t, and the
-    # midpoint rule over t then converges exponentially.
-    t = (np.arange(count) + 0.5) * (np.pi / count)
+    # theta = middle - half cos(t): the weight's square-root ends become smooth in t. It vanishes at
+    # both ends, where the midpoint rule converges exponentially, unless the pole is inside.
+    pole_inside = centre < radius_rad
+    if pole_inside:
+        nodes, gauss = np.polynomial.legendre.leggauss(count)
+        t, dt = floats(0.5 * np.pi * (nodes + 1.0)), floats(0.5 * np.pi * gauss)
+    else:
+        t, dt = (np.arange(count) + 0.5) * (np.pi / count), np.full(count, np.pi / count)
     half = 0.5 * (high - low)
-    angles = low + half * (1.0 - np.cos(t))
+    angles: Array = low + half * (1.0 - np.cos(t))
     offset = angles - centre
     ratio = (
         np.sin(0.5 * (radius_rad + offset)) * np.sin(0.5 * (radius_rad - offset))
         / (np.sin(angles) * np.sin(centre) + 1e-300)
     )  # fmt: skip
     inside = 2.0 * np.arcsin(np.sqrt(np.clip(ratio, 0.0, 1.0)))
-    weights = np.sin(angles) * inside * half * np.sin(t) * (np.pi / count)
+    weights = np.sin(angles) * inside * half * np.sin(t) * dt
 
-    if centre < radius_rad:  # circles about the pole that lie wholly inside the disc
-        nodes, gauss = np.polynomial.legendre.leggauss(count)
+    if pole_inside:  # circles about the pole that lie wholly inside the disc
         full = 0.5 * low * (nodes + 1.0)
         angles = np.concatenate([full, angles])
         weights = np.concatenate([np.sin(full) * np.pi * 0.5 * low * gauss, weights])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.scene import (
     ConstantRadius,
@@ -16,15 +16,13 @@ from rtbow.scene import (
     UniformRadius,
 )
 
-Array = NDArray[np.float64]
-
 MARSHALL_PALMER_N0_M4 = 8e6
 """N0 of equation 1: 0.08 cm⁻⁴ = 8e6 drops per m³ and per m of diameter."""
 
 
 def marshall_palmer_slope(rain_rate_mm_h: float) -> float:
     """Give Lambda of equation 1 in m⁻¹: 41 R^-0.21 per cm of diameter."""
-    return 4100.0 * rain_rate_mm_h**-0.21
+    return float(4100.0 * rain_rate_mm_h**-0.21)
 
 
 def marshall_palmer(diameter_m: Array, rain_rate_mm_h: float) -> Array:

@@ -5,6 +5,7 @@ import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -93,10 +94,35 @@ def write_exr(path: PathLike, rgb: NDArray[np.float32], metadata: Mapping[str, s
     frame = np.asarray(rgb, dtype=np.float32)
     _require_shape(frame)
     require_finite(frame)
+    channels = {c: frame[..., i] for i, c in enumerate("RGB")}
+    header = {"chromaticities": CHROMATICITIES, "whiteLuminance": 1.0}
+    write_exr_channels(path, channels, metadata, header)
+
+
+def write_exr_channels(
+    path: PathLike,
+    channels: Mapping[str, NDArray[np.float32]],
+    metadata: Mapping[str, str],
+    header: Mapping[str, Any] = MappingProxyType({}),
+) -> None:
+    """Write named float32 channels as OpenEXR, whole or not at all.
+
+    Args:
+        path: Where the file shall stand.
+        channels: Arrays of one shape (h, w) by channel name.
+        metadata: String attributes by name.
+        header: Further attributes of OpenEXR's own.
+
+    Raises:
+        InputError: The file cannot be written.
+        RtbowError: An attribute's name is one of OpenEXR's own.
+    """
     for name in metadata:
         if not name or name in _RESERVED_ATTRIBUTES:
             raise RtbowError(f"frame attribute {name!r}: the name is one of OpenEXR's own")
-    write_atomic(path, _exr_bytes(path, frame, metadata))
+    texts = {item: _plain(text) for item, text in metadata.items()}
+    planes = {c: np.ascontiguousarray(plane, dtype=np.float32) for c, plane in channels.items()}
+    write_atomic(path, _exr_bytes(path, planes, {**texts, **header}))
 
 
 def read_exr(path: PathLike) -> tuple[NDArray[np.float32], dict[str, str]]:
@@ -169,8 +195,11 @@ def _plain(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")
 
 
-def _exr_bytes(path: PathLike, frame: NDArray[np.float32], metadata: Mapping[str, str]) -> bytes:
-    """Return the frame as the bytes of an OpenEXR file.
+Planes = dict[str, NDArray[np.float32]]
+
+
+def _exr_bytes(path: PathLike, planes: Planes, header: Mapping[str, Any]) -> bytes:
+    """Return the channels as the bytes of an OpenEXR file.
 
     OpenEXR writes to file names only and reports no error of a full disk, so it gets a file in
     memory (or, without that, a temporary one), and what it wrote is read back before it is used.
@@ -183,12 +212,12 @@ def _exr_bytes(path: PathLike, frame: NDArray[np.float32], metadata: Mapping[str
         try:
             name = f"/proc/self/fd/{descriptor}"
             if os.path.exists(name):
-                return _written(path, name, frame, metadata)
+                return _written(path, name, planes, header)
         finally:
             os.close(descriptor)
     try:
         with tempfile.TemporaryDirectory() as folder:
-            return _written(path, os.path.join(folder, "frame.exr"), frame, metadata)
+            return _written(path, os.path.join(folder, "frame.exr"), planes, header)
     except OSError as error:
         raise InputError(
             f"{os.fspath(path)}: cannot be written: no temporary file ({error.strerror}); "
@@ -196,26 +225,18 @@ def _exr_bytes(path: PathLike, frame: NDArray[np.float32], metadata: Mapping[str
         ) from error
 
 
-def _written(
-    path: PathLike, name: str, frame: NDArray[np.float32], metadata: Mapping[str, str]
-) -> bytes:
-    """Let OpenEXR write a frame under a name, verify it, and return its bytes."""
+def _written(path: PathLike, name: str, planes: Planes, header: Mapping[str, Any]) -> bytes:
+    """Let OpenEXR write channels under a name, verify them, and return the file's bytes."""
     import OpenEXR
 
-    header: dict[str, Any] = {item: _plain(text) for item, text in metadata.items()}
-    header.update(
-        type=OpenEXR.scanlineimage,
-        compression=OpenEXR.ZIP_COMPRESSION,
-        chromaticities=CHROMATICITIES,
-        whiteLuminance=1.0,
-    )
+    own = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
     try:
-        # OpenEXR replaces the arrays inside this dictionary, so it is made for it alone.
-        channels = {c: np.ascontiguousarray(frame[..., i]) for i, c in enumerate("RGB")}
-        with OpenEXR.File(header, channels) as file:
+        # OpenEXR replaces the arrays inside the dictionary, so it gets one for it alone.
+        with OpenEXR.File({**header, **own}, dict(planes)) as file:
             file.write(name)
-        back, _ = _read_exr(name)
-        complete = np.array_equal(back, frame)
+        with OpenEXR.File(name, separate_channels=True) as file:
+            back = file.channels()
+            complete = all(np.array_equal(back[c].pixels, plane) for c, plane in planes.items())
     except _NOT_A_FRAME:
         complete = False
     if not complete:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.camera import direction
 from rtbow.scene import Scene, SunLight
 from rtbow.spectrum import E490, Spectrum, load_spectrum
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtbow.airy import Bow, bows
+from rtbow.arrays import Array
 from rtbow.atmosphere import rayleigh_depth
 from rtbow.lights import Sun, suns
 from rtbow.scene import Scene
 from rtbow.spectrum import colour_weights, wavelength_bins
 from rtbow.water import relative_index
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

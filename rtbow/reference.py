@@ -9,27 +9,20 @@ measured against, so it shares with them only the scene, the spectra and the opt
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER
+from rtbow.arrays import Array, Indices, Progress, no_progress
 from rtbow.atmosphere import segment_column, sun_column
 from rtbow.camera import box_span, pixel_directions
 from rtbow.colour import xyz_to_rgb
-from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.disc import disc_nodes
 from rtbow.optics import Optics, scene_optics
 from rtbow.reference_kernel import integrate_spectrum, sample_rays
 from rtbow.scene import Scene
 from rtbow.volume import DropletVolume, build_volume
-
-Array = NDArray[np.float64]
-
-Progress = Callable[[Iterable[int]], Iterable[int]]
-"""Wraps the loop over rows, to show how far it is."""
 
 _NODES_PER_CELL = 3
 """Gauss-Legendre nodes between two cuts: exact for polynomials of degree 5, while density times
@@ -51,7 +44,7 @@ class _Samples:
         radius_m: drop radius (n,).
     """
 
-    start: NDArray[np.int64]
+    start: Indices
     distance_m: Array
     weight: Array
     radius_m: Array
@@ -134,7 +127,7 @@ def _row_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> A
     return xyz
 
 
-def render_reference(scene: Scene, progress: Progress = lambda rows: rows) -> Array:
+def render_reference(scene: Scene, progress: Progress = no_progress) -> Array:
     """Render a scene in float64 at its own wavelength step (1 nm is the standard of truth).
 
     Args:

@@ -6,9 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from rtbow.arrays import Array, Indices
 
 _GRID_LOW, _GRID_HIGH, _PER_UNIT = -14.0, 34.0, 128
 
@@ -23,7 +22,7 @@ def _airy_grid() -> Array:
     return np.ascontiguousarray(np.stack([value**2, -2.0 * value * slope], axis=1))
 
 
-@njit(cache=True, inline="always")  # type: ignore[untyped-decorator]
+@njit(cache=True, inline="always")
 def _airy_squared(z: float, grid: Array) -> float:
     """Ai²(-z) to 1e-7 of its peak or better everywhere.
 
@@ -39,7 +38,7 @@ def _airy_squared(z: float, grid: Array) -> float:
         phase = 0.25 * np.pi + 2.0 / 3.0 * z * root * (
             1.0 - 5.0 / 32.0 * cubed + 1105.0 / 6144.0 * cubed * cubed
         )
-        return modulus * np.sin(phase) ** 2
+        return float(modulus * np.sin(phase) ** 2)
     at = (z - _GRID_LOW) * _PER_UNIT
     k = int(at)
     f = at - k
@@ -49,7 +48,7 @@ def _airy_squared(z: float, grid: Array) -> float:
     )
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _cuts(
     origin: Array, ray: Array, entry: float, leave: float, box: Array, counts: Array, longest: float
 ) -> Array:
@@ -74,7 +73,7 @@ def _cuts(
     return np.array(fine)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
     """Trilinear density and density · radius at a point of the box."""
     nz, ny, nx = moments.shape[:3]
@@ -102,7 +101,7 @@ def _interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float
     return density, product
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def sample_rays(
     origin: Array,
     rays: Array,
@@ -113,7 +112,7 @@ def sample_rays(
     longest: float,
     nodes: Array,
     gauss: Array,
-) -> tuple[NDArray[np.int64], Array, Array, Array]:
+) -> tuple[Indices, Array, Array, Array]:
     """Place Gauss-Legendre samples between the cuts of each ray, where there are drops.
 
     Args:
@@ -150,14 +149,14 @@ def sample_rays(
     return start, np.array(distance)[1:], np.array(weight)[1:], np.array(radius)[1:]
 
 
-@njit(cache=True, parallel=True)  # type: ignore[untyped-decorator]
+@njit(cache=True, parallel=True)
 def _integrate(
-    start: NDArray[np.int64],
+    start: Indices,
     weight: Array,
     radius_scale: Array,
     radius_strength: Array,
     column: Array,
-    disc_start: NDArray[np.int64],
+    disc_start: Indices,
     disc_angle: Array,
     disc_weight: Array,
     bows: Array,
@@ -193,12 +192,12 @@ def _integrate(
 
 
 def integrate_spectrum(
-    start: NDArray[np.int64],
+    start: Indices,
     weight: Array,
     radius_scale: Array,
     radius_strength: Array,
     column: Array,
-    disc_start: NDArray[np.int64],
+    disc_start: Indices,
     disc_angle: Array,
     disc_weight: Array,
     bows: Array,

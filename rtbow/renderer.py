@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from types import TracebackType
 from typing import TYPE_CHECKING, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rtbow.arrays import Progress, no_progress
 from rtbow.display import require_finite
 from rtbow.errors import InputError, RtbowError
 from rtbow.scene import Scene
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 Method = Literal["auto", "spectral", "reference"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
-Progress = Callable[[Iterable[int]], Iterable[int]]
 
 CPU_RENDERER = "CPU, float64"
 
@@ -42,6 +41,7 @@ class Renderer:
 
     def __init__(self, scene: Scene, backend: Backend = "auto") -> None:
         self.scene = scene
+        self.method_used: Method = "auto"
         self._backend = backend
         self._context: GlContext | None = None
         self._pass: SpectralPass | None = None
@@ -49,8 +49,10 @@ class Renderer:
 
     @property
     def gl_renderer(self) -> str:
-        """The GL device and driver in use, or what stands in for it before one is."""
-        return self._context.renderer if self._context else CPU_RENDERER
+        """What made the last frame: the GL device and driver, or the CPU."""
+        if self._context is None or self.method_used == "reference":
+            return CPU_RENDERER
+        return self._context.renderer
 
     @property
     def backend(self) -> str:
@@ -58,7 +60,7 @@ class Renderer:
         return self._context.backend if self._context else "none"
 
     def render(
-        self, method: Method = "auto", progress: Progress = lambda rows: rows
+        self, method: Method = "auto", progress: Progress = no_progress
     ) -> NDArray[np.float32]:
         """Render a frame.
 
@@ -79,6 +81,9 @@ class Renderer:
             raise RtbowError("this Renderer is closed; make another")
         if method not in METHODS:
             raise InputError(f"method {method!r} is not known; must be one of {', '.join(METHODS)}")
+        if method == "auto":
+            method = "spectral"
+        self.method_used = method
         if method == "reference":
             from rtbow.reference import render_reference
 

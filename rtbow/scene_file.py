@@ -172,7 +172,7 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
     raise InputError(f"{name}: {where}not valid TOML: {reason}") from None
 
 
-def _plain(value: object) -> Any:  # noqa: ANN401 - whatever TOML may hold
+def _plain(value: object) -> Any:
     """Return a Python value as TOML would give it: paths as text, tuples and arrays as lists."""
     if isinstance(value, os.PathLike):
         return os.fspath(value)

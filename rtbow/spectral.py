@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from rtbow import atmosphere, constants
+from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.camera import camera_basis
 from rtbow.colour import XYZ_TO_RGB
 from rtbow.context import GlContext
@@ -20,9 +21,6 @@ from rtbow.scene import Camera, Scene
 from rtbow.steps import step_rates
 from rtbow.table import airy_table, shader_constants
 from rtbow.volume import DropletVolume, build_volume
-
-Float32 = NDArray[np.float32]
-Progress = Callable[[Iterable[int]], Iterable[int]]
 
 _MAX_STEPS = 1 << 16
 _TILE_SECONDS = 0.15
@@ -178,7 +176,7 @@ class SpectralPass:
         self._set("sunDirection", directions if len(directions) > 1 else directions[0])
         self._set("sunShape", shapes if len(shapes) > 1 else shapes[0])
 
-    def render(self, progress: Progress = lambda rows: rows) -> Float32:
+    def render(self, progress: Progress = no_progress) -> Float32:
         """Draw the frame.
 
         Args:
@@ -199,7 +197,7 @@ class SpectralPass:
             frame.scissor = (0, height - first - count, width, count)
             self._triangle.render(moderngl.TRIANGLES, vertices=3)
             ctx.finish()
-        frame.scissor = None
+        frame.scissor = (0, 0, width, height)
         pixels = np.frombuffer(target.read(), dtype=np.float32).reshape(height, width, 4)
         return np.ascontiguousarray(pixels[::-1, :, :3])
 

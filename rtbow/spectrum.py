@@ -10,15 +10,13 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.colour import colour_matching
 from rtbow.constants import VISIBLE_NM
 from rtbow.errors import InputError
 from rtbow.resources import resource_dir
 from rtbow.standards import illuminant_names, standard_arrays
-
-Array = NDArray[np.float64]
 
 E490 = "E490"
 EQUAL_ENERGY = "equal-energy"

@@ -10,12 +10,10 @@ from functools import lru_cache
 from importlib.metadata import version
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.cache import cached_arrays
 from rtbow.constants import VISIBLE_NM
-
-Array = NDArray[np.float64]
 
 
 def _extract() -> dict[str, Array]:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.atmosphere import sun_column
 from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.optics import Optics
 from rtbow.volume import DropletVolume
-
-Array = NDArray[np.float64]
 
 SAMPLES_PER_CELL = 2.0
 """Midpoint samples per grid cell crossed. Between grid points density is linear along an axis, so
@@ -52,7 +50,7 @@ def _air_rate(volume: DropletVolume, optics: Optics) -> float:
     if not optics.has_air:
         return 0.0
     depth = float(optics.air_depth.max())
-    heights = np.linspace(*volume.box_m[:, 2], 17)
+    heights = np.linspace(volume.box_m[0, 2], volume.box_m[1, 2], 17)
     steepest = 0.0
     for sun in optics.suns:
         column = sun_column(np.maximum(heights, 0.0), sun.altitude_rad)

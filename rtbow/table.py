@@ -21,10 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared_and_integral
+from rtbow.arrays import Array, floats
 from rtbow.cache import cached_arrays
 from rtbow.disc import disc_nodes
-
-Array = NDArray[np.float64]
 
 # --- Layout, shared with the shader through :func:`shader_constants` --------------------------
 
@@ -72,11 +71,11 @@ def shader_constants() -> dict[str, float]:
 
 
 def _disc_of_row(q: Array) -> Array:
-    return MAX_DISC * np.expm1(DISC_CURVE * q) / np.expm1(DISC_CURVE)
+    return floats(MAX_DISC * np.expm1(DISC_CURVE * q) / np.expm1(DISC_CURVE))
 
 
 def _row_of_disc(s: Array) -> Array:
-    return np.log1p(s / MAX_DISC * np.expm1(DISC_CURVE)) / DISC_CURVE
+    return floats(np.log1p(s / MAX_DISC * np.expm1(DISC_CURVE)) / DISC_CURVE)
 
 
 def _near_span(s: Array) -> tuple[Array, Array]:
@@ -230,7 +229,7 @@ def _bilinear(grid: NDArray[np.float32], u: Array, v: Array) -> Array:
     row = np.clip(u, 0.0, 1.0) * (grid.shape[0] - 1)
     index = np.clip(row.astype(np.int64), 0, grid.shape[0] - 2)
     f = row - index
-    return _linear(grid, index, v) * (1.0 - f) + _linear(grid, index + 1, v) * f
+    return floats(_linear(grid, index, v) * (1.0 - f) + _linear(grid, index + 1, v) * f)
 
 
 def build_airy_table() -> AiryTable:

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.drops import draw_drops
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
 from rtbow.scene import Droplets
 
-Array = NDArray[np.float64]
 Field = NDArray[np.float32]
 
 MAX_GRID = 1024

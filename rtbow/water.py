@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtbow.arrays import Array
 from rtbow.constants import AIR_REFRACTIVE_INDEX
-
-Array = NDArray[np.float64]
 
 _KELVIN = 273.15
 

@@ -1,0 +1,5 @@
+"""``python -m rtbow``."""
+
+from rtbow.cli import main
+
+main()

@@ -1,0 +1,26 @@
+"""Array types and the progress hook that signatures share."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Float32 = NDArray[np.float32]
+Indices = NDArray[np.int64]
+Values = Array | float
+"""A number or an array of them, where NumPy broadcasts."""
+
+Progress = Callable[[Iterable[int]], Iterable[int]]
+"""Wraps a loop, to show how far it is."""
+
+
+def floats(value: Any) -> Array:
+    """Give ``value`` as a float64 array."""
+    return np.asarray(value, dtype=np.float64)
+
+
+def no_progress(items: Iterable[int]) -> Iterable[int]:
+    """Show nothing."""
+    return items

@@ -1,0 +1,371 @@
+"""The command line: ``rtbow VERB [SCENE]``.
+
+Every heavy import happens inside the verb that needs it, so that ``rtbow --help`` is quick.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rtbow import __version__
+from rtbow.errors import InputError, RtbowError
+
+if TYPE_CHECKING:
+    from rtbow.arrays import Progress
+    from rtbow.renderer import Method
+
+INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+
+
+class Size(click.ParamType[tuple[int, int]]):
+    """WIDTHxHEIGHT in pixels."""
+
+    name = "WxH"
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> tuple[int, int]:
+        """Parse ``640x360``."""
+        if isinstance(value, tuple):
+            return int(value[0]), int(value[1])
+        width, cross, height = str(value).lower().partition("x")
+        if not cross or not width.isdigit() or not height.isdigit():
+            self.fail(f"{value!r} is not a size; write width and height such as 640x360", param)
+        return int(width), int(height)
+
+
+class Exposure(click.ParamType[float | None]):
+    """``auto`` or an exposure value."""
+
+    name = "auto|EV"
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> float | None:
+        """Parse ``auto`` (None) or a number."""
+        if value is None or value == "auto":
+            return None
+        from rtbow.display import max_luminance
+
+        try:
+            exposure = float(value)
+            max_luminance(exposure)
+        except (ValueError, RtbowError):
+            self.fail(
+                f"{value!r} is not an exposure; write auto, or an EV at ISO 100 such as 13", param
+            )
+        return exposure
+
+
+class Numbers(click.ParamType[tuple[float, ...]]):
+    """Numbers with commas between them."""
+
+    name = "A,B,..."
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> tuple[float, ...]:
+        """Parse ``100,500``."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            return tuple(float(part) for part in str(value).split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not a list of numbers such as 100,500,1000", param)
+
+
+def _progress(label: str, quiet: bool) -> Progress:
+    """Give a wrapper that shows a bar on a terminal and nothing in a pipe."""
+
+    def wrap(items: Iterable[int]) -> Iterable[int]:
+        from tqdm import tqdm
+
+        # disable=None: only where stderr is a terminal.
+        hidden = True if quiet else None
+        bar: Iterable[int] = tqdm(items, desc=label, unit="row", leave=False, disable=hidden)
+        return bar
+
+    return wrap
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="rtbow")
+def rtbow() -> None:
+    """Render rainbows as radiance, from first principles.
+
+    SCENE is a path to a .toml file or the name of a built-in scene (rtbow scenes lists them);
+    without one, the default scene.
+
+    Example: rtbow render uniform -o bow.exr -o bow.png
+    """
+
+
+@rtbow.command()
+@click.argument("scene", required=False)
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    multiple=True,
+    required=True,
+    metavar="OUT",
+    help="Where to write: .exr linear radiance, .png picture. May be repeated.",
+)
+@click.option("--size", type=Size(), help="Width and height in pixels, such as 640x360.")
+@click.option(
+    "--backend",
+    type=click.Choice(["auto", "egl", "osmesa", "window"]),
+    default="auto",
+    show_default=True,
+    help="How to get a GL context.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["auto", "spectral", "reference"]),
+    default="auto",
+    show_default=True,
+    help="spectral: wavelength loop in the shader; reference: float64 on the CPU.",
+)
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY.PATH=VALUE",
+    help="Replace any scene key, such as light.0.altitude_deg=5. May be repeated.",
+)
+@click.option(
+    "--exposure",
+    type=Exposure(),
+    default="auto",
+    show_default=True,
+    help="Exposure of the .png: auto, or an EV at ISO 100.",
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the random drops.")
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+def render(
+    scene: str | None,
+    outputs: tuple[str, ...],
+    size: tuple[int, int] | None,
+    backend: Any,
+    method: Method,
+    settings: tuple[str, ...],
+    exposure: float | None,
+    seed: int | None,
+    quiet: bool,
+) -> None:
+    """Render one frame.
+
+    Example: rtbow render shower -o shower.exr -o shower.png --set light.0.altitude_deg=10
+    """  # fmt: skip
+    from rtbow.files import check_writable
+    from rtbow.image import FRAME_SUFFIXES, write_frame
+
+    for path in outputs:  # before the long work, not after it
+        check_writable(path, FRAME_SUFFIXES)
+    from rtbow.renderer import Renderer
+    from rtbow.scene_file import load_scene, parse_set
+
+    overrides = dict(parse_set(text) for text in settings)
+    if size is not None:
+        overrides["camera.size_px"] = list(size)
+    if seed is not None:
+        overrides["droplets.seed"] = seed
+    loaded = load_scene(scene, overrides)
+    with Renderer(loaded, backend) as renderer:
+        rgb = renderer.render(method, _progress("rendering", quiet))
+        metadata = {
+            "scene": loaded.source_text,
+            "command": shlex.join(["rtbow", *sys.argv[1:]]),
+            "rtbowVersion": __version__,
+            "method": renderer.method_used,
+            "renderer": renderer.gl_renderer,
+        }
+    for path in outputs:
+        write_frame(path, rgb, metadata, exposure)
+    if not quiet:
+        for path in outputs:
+            click.echo(path)
+
+
+@rtbow.command()
+def scenes() -> None:
+    """List the built-in scenes, one line each.
+
+    Example: rtbow scenes
+    """
+    from rtbow.scene_file import builtin_scenes, scene_title
+
+    found = builtin_scenes()
+    width = max(len(name) for name in found)
+    for name, path in found.items():
+        click.echo(f"{name:<{width}}  {scene_title(path)}")
+
+
+@rtbow.command()
+def info() -> None:
+    """Show the GL backends that work here, versions, and the cache.
+
+    Example: rtbow info
+    """
+    import platform
+
+    from rtbow.cache import cache_dir, cache_size
+    from rtbow.context import probe_backends
+
+    click.echo(f"rtbow {__version__}, Python {platform.python_version()}, {platform.platform()}")
+    for report in probe_backends():
+        if report.ok:
+            click.echo(f"{report.backend:<8}works: {report.renderer}, OpenGL {report.version}")
+        else:
+            click.echo(f"{report.backend:<8}does not work: {report.reason}")
+            if report.help:
+                click.echo(f"{'':<8}{report.help}")
+    from importlib.metadata import version
+
+    names = ("moderngl", "glfw", "numpy", "scipy", "numba", "colour-science", "OpenEXR")
+    click.echo("packages: " + ", ".join(f"{name} {version(name)}" for name in names))
+    click.echo(f"cache: {cache_dir()}, {cache_size() / 2**20:.1f} MiB")
+
+
+@rtbow.group()
+def table() -> None:
+    """Build, inspect and export the scattering table.
+
+    Example: rtbow table export airy.npz --radius-um 100,500
+    """
+
+
+@table.command("build")
+def table_build() -> None:
+    """Build the table, store it in the cache and say how long it took.
+
+    Example: rtbow table build
+    """
+    from rtbow.table_tools import describe_build
+
+    click.echo(describe_build())
+
+
+@table.command("info")
+@click.option(
+    "--samples",
+    type=click.IntRange(100, 1_000_000),
+    default=4000,
+    show_default=True,
+    help="Random look-ups to compare with direct evaluation, per disc.",
+)
+def table_info(samples: int) -> None:
+    """Show the table's arrays and its measured look-up error.
+
+    Example: rtbow table info
+    """  # fmt: skip
+    from rtbow.table_tools import describe_table
+
+    for line in describe_table(samples):
+        click.echo(line)
+
+
+@table.command("export")
+@click.argument("output")
+@click.option("--theory", type=click.Choice(["airy"]), default="airy", show_default=True)
+@click.option(
+    "--disc",
+    "disc_deg",
+    type=float,
+    default=0.533,
+    show_default=True,
+    metavar="DEG",
+    help="Angular diameter of the light's disc; 0 for a point.",
+)
+@click.option(
+    "--radius-um",
+    type=Numbers(),
+    metavar="A,B,...",
+    help="Drop radii; left out: 64 from 10 to 1500.",
+)
+@click.option(
+    "--wavelength-nm",
+    type=Numbers(),
+    metavar="A,B,...",
+    help="Wavelengths; left out: 380 to 780 by 5.",
+)
+@click.option(
+    "--angles",
+    type=click.IntRange(2, 1_000_000),
+    default=2001,
+    show_default=True,
+    help="Scattering angles from 0 to 180 degrees.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+def table_export(
+    output: str,
+    theory: str,
+    disc_deg: float,
+    radius_um: tuple[float, ...] | None,
+    wavelength_nm: tuple[float, ...] | None,
+    angles: int,
+    quiet: bool,
+) -> None:
+    """Write the plain table (radius x wavelength x angle) for other programs: .npz or .exr.
+
+    Example: rtbow table export airy.npz --radius-um 100,500 --disc 0
+    """  # fmt: skip
+    from rtbow.files import check_writable
+
+    check_writable(output, (".npz", ".exr"))
+    from rtbow.table_export import default_radii_um, default_wavelengths_nm, export_table
+
+    export_table(
+        Path(output),
+        default_radii_um() if radius_um is None else radius_um,
+        default_wavelengths_nm() if wavelength_nm is None else wavelength_nm,
+        angles,
+        disc_deg,
+        _progress("exporting", quiet),
+    )
+    if not quiet:
+        click.echo(output)
+
+
+def main() -> None:
+    """Run the command line and exit with the codes that scripts rely on.
+
+    0 done; 2 the input is wrong; 3 the machine lacks something; 1 a defect of rtbow; 130 Ctrl-C.
+    """
+    try:
+        code = rtbow.main(prog_name="rtbow", standalone_mode=False)
+        sys.exit(code if isinstance(code, int) else 0)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message())
+        sys.exit(0)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(InputError.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted; nothing was left half written", err=True)
+        sys.exit(INTERRUPTED)
+    except RtbowError as error:
+        click.echo(f"rtbow: {error}", err=True)
+        sys.exit(error.exit_code)
+    except MemoryError:
+        click.echo("rtbow: not enough memory; render smaller or use a coarser volume", err=True)
+        sys.exit(3)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""The plain scattering table, radius x wavelength x angle, for other programs."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rtbow.airy import bows
+from rtbow.arrays import Array, Progress, no_progress
+from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
+from rtbow.errors import InputError
+from rtbow.files import write_atomic
+from rtbow.image import write_exr_channels
+from rtbow.table import airy_table
+from rtbow.water import relative_index
+
+ORDERS = (1, 2)
+TEMPERATURE_C = 20.0
+MAX_DISC_DEG = 5.0
+
+
+def default_radii_um() -> tuple[float, ...]:
+    """Give 64 radii from 10 to 1500 µm in equal ratios."""
+    return tuple(np.geomspace(10.0, 1500.0, 64))
+
+
+def default_wavelengths_nm() -> tuple[float, ...]:
+    """Give 380 to 780 nm by 5 nm."""
+    return tuple(np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, 5.0))
+
+
+def _check(name: str, values: Sequence[float], low: float, high: float) -> Array:
+    array = np.array(values, dtype=np.float64)
+    if array.size == 0 or not all(math.isfinite(v) and low <= v <= high for v in values):
+        raise InputError(f"{name} = {list(values)}; each must be {low:g}..{high:g}")
+    if np.any(np.diff(array) <= 0.0):
+        raise InputError(f"{name} = {list(values)}; must increase")
+    return array
+
+
+def plain_table(
+    radius_um: Sequence[float],
+    wavelength_nm: Sequence[float],
+    angles: int,
+    disc_deg: float,
+    progress: Progress = no_progress,
+) -> dict[str, Array]:
+    """Evaluate the scattering table on a plain grid.
+
+    Args:
+        radius_um: drop radii (R,).
+        wavelength_nm: wavelengths in air (W,).
+        angles: number T of scattering angles, evenly from 0 to pi.
+        disc_deg: angular diameter of the light's disc.
+        progress: wraps the loop over radii.
+
+    Returns:
+        ``radius_um`` (R,), ``wavelength_nm`` (W,), ``theta_rad`` (T,), and ``perpendicular``,
+        ``parallel`` float32 (R, W, T): |S1|²/k² and |S2|²/k² in m² sr⁻¹ of the primary and the
+        secondary bow together, water at 20 °C in air.
+
+    Raises:
+        InputError: a value outside of its range.
+    """
+    radii = _check("--radius-um", radius_um, MIN_RADIUS_UM, MAX_RADIUS_UM)
+    # IAPWS R9-97 holds beyond the visible, too.
+    nm = _check("--wavelength-nm", wavelength_nm, 200.0, 1100.0)
+    disc_rad = math.radians(0.5 * float(_check("--disc", [disc_deg], 0.0, MAX_DISC_DEG)[0]))
+    theta = np.linspace(0.0, math.pi, angles)
+    table = airy_table()
+    the_bows = bows(ORDERS, nm * 1e-9, relative_index(nm, TEMPERATURE_C))
+    shape = (len(radii), len(nm), len(theta))
+    components = {"perpendicular": np.empty(shape, "f4"), "parallel": np.empty(shape, "f4")}
+    for r in progress(range(len(radii))):
+        radius_m = radii[r : r + 1] * 1e-6
+        ones = np.ones_like(nm)
+        # Both components share the bow's shape and differ in its strength alone.
+        shapes = [table.cross_section(b, ones, radius_m, theta, disc_rad)[0] for b in the_bows]
+        for name, component in components.items():
+            component[r] = sum(
+                getattr(b, name)[:, None] * s for b, s in zip(the_bows, shapes, strict=True)
+            )
+    return {"radius_um": radii, "wavelength_nm": nm, "theta_rad": theta, **components}
+
+
+def export_table(
+    path: Path,
+    radius_um: Sequence[float],
+    wavelength_nm: Sequence[float],
+    angles: int,
+    disc_deg: float,
+    progress: Progress = no_progress,
+) -> None:
+    """Write the plain table, whole or not at all (see :func:`plain_table` for the arguments).
+
+    ``.npz`` holds the arrays; ``.exr`` holds a row per radius and a column per angle, with
+    channels ``perpendicular.450nm``, ``parallel.450nm`` and so on, and the radii in an attribute.
+
+    Raises:
+        InputError: a value outside of its range, or the file cannot be written.
+    """
+    table = plain_table(radius_um, wavelength_nm, angles, disc_deg, progress)
+    if path.suffix.lower() == ".npz":
+        buffer = io.BytesIO()
+        np.savez(buffer, **table)  # type: ignore[arg-type]
+        write_atomic(path, buffer.getvalue())
+        return
+    channels = {
+        f"{name}.{nm:g}nm": table[name][:, w].astype(np.float32)
+        for name in ("perpendicular", "parallel")
+        for w, nm in enumerate(table["wavelength_nm"])
+    }
+    metadata = {
+        "content": "columns: scattering angle 0 to pi, evenly; rows: radius; values: m2 sr-1",
+        "radius_um": ",".join(f"{r:.9g}" for r in table["radius_um"]),
+        "discDeg": f"{disc_deg:g}",
+    }
+    write_exr_channels(path, channels, metadata)
