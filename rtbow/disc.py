@@ -19,7 +19,7 @@ def disc_nodes(theta_rad: float, radius_rad: float, count: int) -> tuple[Array, 
     Args:
         theta_rad: angle between axis and disc centre, rad, 0..pi.
         radius_rad: angular radius of the disc, rad; 0 gives the one angle itself.
-        count: nodes per smooth piece of the weight (one piece, or two beside a pole).
+        count: nodes over the disc; pi times as many where it covers a pole.
 
     Returns:
         Angles (n,) in rad within 0..pi and weights (n,) that sum to 1.
@@ -31,11 +31,12 @@ def disc_nodes(theta_rad: float, radius_rad: float, count: int) -> tuple[Array, 
     centre = np.pi - theta_rad if mirrored else theta_rad
 
     low, high = abs(centre - radius_rad), centre + radius_rad
-    # theta = middle - half cos(t): the weight's square-root ends become smooth in t. It vanishes at
-    # both ends, where the midpoint rule converges exponentially, unless the pole is inside.
+    # theta = middle - half cos(t): the weight's square-root ends become smooth in t. Where it
+    # vanishes at both ends the midpoint rule converges exponentially. With the pole inside it does
+    # not at the lower end; Gauss-Legendre nodes need no more than pi/2 times as many.
     pole_inside = centre < radius_rad
     if pole_inside:
-        nodes, gauss = np.polynomial.legendre.leggauss(count)
+        nodes, gauss = np.polynomial.legendre.leggauss(int(np.ceil(0.5 * np.pi * count)))
         t, dt = floats(0.5 * np.pi * (nodes + 1.0)), floats(0.5 * np.pi * gauss)
     else:
         t, dt = (np.arange(count) + 0.5) * (np.pi / count), np.full(count, np.pi / count)
@@ -68,7 +69,7 @@ def disc_mean(
         function: takes angles (n,) in rad, returns values (n, ...).
         theta_rad: angle between axis and disc centre, rad.
         radius_rad: angular radius of the disc, rad.
-        count: quadrature nodes per piece; a phase of P rad across the radius needs P/2 + 16.
+        count: quadrature nodes; a phase of P rad across the radius needs P/2 + 16.
 
     Returns:
         The mean, shape (...).

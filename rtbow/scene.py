@@ -367,7 +367,7 @@ class Render(Table):
 
     wavelength_step_nm: float = Field(
         5.0,
-        ge=0.01,
+        ge=0.05,
         le=40,
         description="must divide 400 nm evenly; methods spectral and reference",
         json_schema_extra=_unit("nm"),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from rtbow import atmosphere, constants
+from rtbow.airy import SCALE_POWER
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.camera import camera_basis
 from rtbow.colour import XYZ_TO_RGB
@@ -18,11 +19,16 @@ from rtbow.errors import InputError
 from rtbow.glsl import Define, compile_program, glsl_literal
 from rtbow.optics import Optics, scene_optics
 from rtbow.scene import Camera, Scene
-from rtbow.steps import step_rates
-from rtbow.table import airy_table, shader_constants
+from rtbow.steps import most_steps, step_rates
+from rtbow.table import NEAR_Z_LOW, POLE_DISTANCE, airy_table, shader_constants
 from rtbow.volume import DropletVolume, build_volume
 
-_MAX_STEPS = 1 << 16
+_MAX_STEPS = 1 << 20
+_MAX_SECTIONS = 1024
+"""Cross-sections that a pixel may keep in an array, over wavelengths and lights."""
+_LOOP_BUDGET = 50_000
+"""Loop iterations of one pixel in one pass. Mesa's CPU driver ends all of a shader's loops after
+65,535 iterations in sum, silently; longer marches are drawn in several passes that add up."""
 _TILE_SECONDS = 0.15
 """Rows are drawn in strips of about this long, so that an interrupt is heard and progress shows."""
 
@@ -33,7 +39,7 @@ def _matrix_literal(matrix: NDArray[np.float64]) -> str:
     return f"mat3({values})"
 
 
-def shader_defines(optics: Optics, volume: DropletVolume) -> dict[str, Define]:
+def shader_defines(scene: Scene, optics: Optics, volume: DropletVolume) -> dict[str, Define]:
     """Give the shader's constants, and the switches that change its shape for a scene.
 
     ``shaders/README.md`` lists the switches.
@@ -54,7 +60,51 @@ def shader_defines(optics: Optics, volume: DropletVolume) -> dict[str, Define]:
         "GRID": not volume.uniform,
         "AIR": optics.has_air,
         "DISC": any(sun.disc_rad > 0.0 for sun in optics.suns),
+        "ONE_RADIUS": _one_radius(optics, volume),
+        "POLE": _pole_in_view(scene.camera, optics),
     }
+
+
+def _one_radius(optics: Optics, volume: DropletVolume) -> bool:
+    """Whether all drops are alike, so that cross-sections need computing once per pixel."""
+    smallest, largest = volume.radius_range_um
+    # With air the shader keeps an array of them; very fine wavelength steps would outgrow it.
+    held = len(optics.wavelength_nm) * len(optics.suns) if optics.has_air else 0
+    return smallest == largest and (volume.uniform or held <= _MAX_SECTIONS)
+
+
+def _pole_in_view(camera: Camera, optics: Optics) -> bool:
+    """Whether any pixel lies where a disc covers rings about a bow's pole.
+
+    That is about the antisolar point for the primary, about the sun for the secondary.
+    """
+    # The picture lies within the cone of its corner.
+    axis, right, up = camera_basis(camera)
+    cone = np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up)))
+    for sun in optics.suns:
+        reach = cone + POLE_DISTANCE * sun.disc_rad
+        for bow in optics.bows:
+            towards_pole = -bow.side * sun.direction
+            angle = np.arccos(np.clip(towards_pole @ axis, -1.0, 1.0))
+            if sun.disc_rad > 0.0 and angle < reach:
+                return True
+    return False
+
+
+def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
+    """Give, per bow, the scattering angle beyond which it is dark.
+
+    The table's first column is dark for the drop that reaches furthest, the smallest; each
+    wavelength's own angle and the widest disc are allowed for.
+    """
+    smallest = max(volume.radius_range_um[0], constants.MIN_RADIUS_UM) * 1e-6
+    disc = max(sun.disc_rad for sun in optics.suns)
+    edges = []
+    for bow in optics.bows:
+        reach = -NEAR_Z_LOW / (bow.scale * smallest**SCALE_POWER) + disc
+        limits = bow.angle_rad - bow.side * reach
+        edges.append(float(limits.min() if bow.side > 0 else limits.max()))
+    return edges
 
 
 def spectral_rows(optics: Optics) -> Float32:
@@ -89,11 +139,10 @@ class SpectralPass:
         optics = scene_optics(scene)
         volume = build_volume(scene.droplets)
         self._check_limits(scene.camera, volume, optics)
-        self._program = compile_program(
-            gl.ctx, "fullscreen.vert", "rainbow.frag", shader_defines(optics, volume)
-        )
+        defines = shader_defines(scene, optics, volume)
+        self._program = compile_program(gl.ctx, "fullscreen.vert", "rainbow.frag", defines)
         self._triangle = gl.ctx.vertex_array(self._program, [])
-        self._textures = self._upload(optics, volume)
+        self._textures = self._upload(optics, volume, defines)
         self._set_scene(optics, volume)
 
     def _check_limits(self, camera: Camera, volume: DropletVolume, optics: Optics) -> None:
@@ -126,20 +175,21 @@ class SpectralPass:
         return texture
 
     def _upload(
-        self, optics: Optics, volume: DropletVolume
+        self, optics: Optics, volume: DropletVolume, defines: Mapping[str, Define]
     ) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
         table = airy_table()
         textures: dict[str, moderngl.Texture | moderngl.Texture3D] = {
             "spectral": self._texture(spectral_rows(optics), 4, linear=False),
             "airyNearTable": self._texture(table.near, 1, linear=True),
         }
-        if any(sun.disc_rad > 0.0 for sun in optics.suns):
-            textures["airyFringeTable"] = self._texture(table.fringe[None], 1, linear=True)
+        if defines["DISC"]:
+            textures["airyFringeTable"] = self._texture(table.fringe[None], 2, linear=True)
+        if defines["POLE"]:
             textures["airyPoleTable"] = self._texture(table.pole, 2, linear=True)
-        if optics.has_air:
+        if defines["AIR"]:
             column = atmosphere.column_table().log_column
             textures["columnTable"] = self._texture(column, 1, linear=True)
-        if not volume.uniform:
+        if defines["GRID"]:
             moments = volume.moments()
             drops = self._gl.ctx.texture3d(volume.shape, 2, moments, dtype="f4")
             drops.filter = (moderngl.LINEAR, moderngl.LINEAR)
@@ -163,16 +213,20 @@ class SpectralPass:
         # Relative to the eye in float64, so that float32 keeps its digits far from the origin.
         self._set("boxLow", tuple(volume.box_m[0] - eye))
         self._set("boxHigh", tuple(volume.box_m[1] - eye))
-        if volume.uniform:
-            radius_m = float(volume.radius_um[0, 0, 0]) * 1e-6
-            self._set("uniformDroplets", (float(volume.number_per_m3[0, 0, 0]), radius_m))
+        self._set("uniformDensity", float(volume.number_per_m3[0, 0, 0]))
+        self._set("oneRadius", volume.radius_range_um[0] * 1e-6)
         rates = step_rates(volume, optics)
         self._set("cellsPerMetre", tuple(rates.cells_per_metre))
         self._set("airPerMetre", rates.air_per_metre)
         self._set("fixedSteps", steps or 0)
+        self._steps = min(steps or most_steps(rates, volume), _MAX_STEPS)
+        wavelength_loops = len(optics.wavelength_nm) * (1 + len(optics.bows))
+        self._steps_per_pass = max(1, _LOOP_BUDGET // (2 + len(optics.suns) * wavelength_loops))
         directions = [tuple(sun.direction) for sun in optics.suns]
         shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]
         # moderngl takes a single value, not a list, for an array of one.
+        edges = bow_edges(optics, volume)
+        self._set("bowEdge", edges if len(edges) > 1 else edges[0])
         self._set("sunDirection", directions if len(directions) > 1 else directions[0])
         self._set("sunShape", shapes if len(shapes) > 1 else shapes[0])
 
@@ -190,13 +244,19 @@ class SpectralPass:
         target = ctx.texture((width, height), 4, dtype="f4")
         frame = ctx.framebuffer([target])
         frame.use()
-        ctx.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        frame.clear()
+        ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        ctx.enable(moderngl.BLEND)
+        ctx.blend_func = moderngl.ONE, moderngl.ONE
         for unit, texture in enumerate(self._textures.values()):
             texture.use(unit)
         for first, count in _strips(height, progress):
             frame.scissor = (0, height - first - count, width, count)
-            self._triangle.render(moderngl.TRIANGLES, vertices=3)
-            ctx.finish()
+            for step in range(0, self._steps, self._steps_per_pass):
+                self._set("stepRange", (step, step + self._steps_per_pass))
+                self._triangle.render(moderngl.TRIANGLES, vertices=3)
+                ctx.finish()
+        ctx.disable(moderngl.BLEND)
         frame.scissor = (0, 0, width, height)
         pixels = np.frombuffer(target.read(), dtype=np.float32).reshape(height, width, 4)
         return np.ascontiguousarray(pixels[::-1, :, :3])

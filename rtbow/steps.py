@@ -12,9 +12,10 @@ from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.optics import Optics
 from rtbow.volume import DropletVolume
 
-SAMPLES_PER_CELL = 2.0
+SAMPLES_PER_CELL = 1.5
 """Midpoint samples per grid cell crossed. Between grid points density is linear along an axis, so
-two samples leave an error in the second differences of the grid alone."""
+they leave an error in the second differences of the grid alone: 2e-4 of the frame's peak at the
+99th percentile in the shower (1 sample: 8e-4; 2: 9e-5)."""
 _AIR_ERROR = 1e-4
 """Relative error that the midpoint rule may leave in the air's attenuation."""
 
@@ -30,6 +31,14 @@ class StepRates:
 
     cells_per_metre: Array
     air_per_metre: float
+
+
+def most_steps(rates: StepRates, volume: DropletVolume) -> int:
+    """Bound the steps of any ray through the volume, for an unset ``render.steps``."""
+    extent = volume.box_m[1] - volume.box_m[0]
+    # A ray inside the box covers no more of an axis than its extent, and no more than the diagonal.
+    across = float(np.max(rates.cells_per_metre * extent))
+    return int(np.ceil(max(across, rates.air_per_metre * float(np.linalg.norm(extent))))) + 1
 
 
 def step_rates(volume: DropletVolume, optics: Optics) -> StepRates:

@@ -4,8 +4,9 @@ Airy's theory depends on radius, wavelength, order and disc only through the sca
 the disc's radius ``s`` in the same scale (:mod:`rtbow.airy`), so three small arrays hold it all:
 
 * ``near``: the mean of Ai²(-(z + s t)) over a disc, around the bow, up to a last ``z``;
-* ``fringe`` beyond: there Ai² is ``(1 + sin(psi)) / (2 pi sqrt(z))`` to better than 0.1 %, and a
-  disc of ``P`` rad of fringe phase damps the sine by ``2 J1(P)/P``;
+* ``fringe`` beyond: there Ai² is ``(1 + sin(psi)) / (2 pi sqrt(z))`` to better than 0.1 %; a
+  disc of ``P`` rad of fringe phase damps the sine by ``J = 2 J1(P)/P``, and because fringes narrow
+  across the disc it adds ``B cos(psi) / z^(3/2)``, B = P J'/4 - P² J''/8;
 * ``pole``: within some disc radii of the antisolar point (or, for the secondary, of the sun) a
   disc covers rings, not strips: what that adds to the factor of the sine, as a complex number.
 
@@ -29,18 +30,16 @@ from rtbow.disc import disc_nodes
 
 NEAR_Z_LOW = -9.0
 """Below, Ai² is under 1e-16 of its peak: zero."""
-NEAR_Z_HIGH = 16.0
+NEAR_Z_HIGH = 11.0
 """Above, the asymptotic form holds."""
 NEAR_S_FIXED = 2.0
 """Up to this disc the near rows all span the same z, so that fringes line up between rows; wider
 discs have no fringes left, and their rows widen with the disc."""
-NEAR_COLUMNS = 1280
-NEAR_ROWS = 160
+NEAR_COLUMNS = 1536
+NEAR_ROWS = 192
 MAX_DISC = 24.0
 """Largest scaled disc radius with a row. On discs so wide only Descartes' caustic is left, which
 scales: G(z, s) = sqrt(k) G(k z, k s); wider ones are looked up through k = MAX_DISC / s."""
-DISC_CURVE = 4.0
-"""s = MAX_DISC (e^{k q} - 1) / (e^k - 1): rows dense where fringes still show."""
 
 MAX_PHASE = 96.0
 """Fringe phase across the disc's radius, rad, beyond which the fringes are gone."""
@@ -60,8 +59,6 @@ def shader_constants() -> dict[str, float]:
         "AIRY_NEAR_COLUMNS": float(NEAR_COLUMNS),
         "AIRY_NEAR_ROWS": float(NEAR_ROWS),
         "AIRY_MAX_DISC": MAX_DISC,
-        "AIRY_DISC_CURVE": DISC_CURVE,
-        "AIRY_DISC_EXP": float(np.exp(DISC_CURVE)),
         "AIRY_MAX_PHASE": MAX_PHASE,
         "AIRY_FRINGE_SIZE": float(FRINGE_SIZE),
         "AIRY_POLE_DISTANCE": POLE_DISTANCE,
@@ -71,11 +68,12 @@ def shader_constants() -> dict[str, float]:
 
 
 def _disc_of_row(q: Array) -> Array:
-    return floats(MAX_DISC * np.expm1(DISC_CURVE * q) / np.expm1(DISC_CURVE))
+    # Rows dense where fringes still show.
+    return MAX_DISC * q**2
 
 
 def _row_of_disc(s: Array) -> Array:
-    return floats(np.log1p(s / MAX_DISC * np.expm1(DISC_CURVE)) / DISC_CURVE)
+    return floats(np.sqrt(s / MAX_DISC))
 
 
 def _near_span(s: Array) -> tuple[Array, Array]:
@@ -111,18 +109,20 @@ def _build_near() -> Array:
 
 
 def _build_fringe() -> Array:
-    from scipy.special import j1
+    from scipy.special import jv
 
-    phase = np.linspace(0.0, MAX_PHASE, FRINGE_SIZE)
-    phase[0] = 1.0
-    factor = 2.0 * j1(phase) / phase
-    factor[0] = 1.0
-    return np.asarray(factor, dtype=np.float64)
+    # Any phase will do for the first entry, which is J = 1 and B = 0.
+    phase = np.maximum(np.linspace(0.0, MAX_PHASE, FRINGE_SIZE), 1e-3)
+    # (J1/P)' = -J2/P and (J2/P)' = J1/P - 3 J2/P²: derivatives of Bessel functions.
+    factor = 2.0 * jv(1, phase) / phase
+    slope = -2.0 * jv(2, phase) / phase
+    bend = -2.0 * (jv(1, phase) / phase - 3.0 * jv(2, phase) / phase**2)
+    return np.stack([factor, 0.25 * phase * slope - 0.125 * phase**2 * bend], axis=1)
 
 
 def _build_pole(fringe: Array) -> Array:
     phase = np.linspace(0.0, MAX_PHASE, POLE_COLUMNS)
-    flat = np.interp(phase, np.linspace(0.0, MAX_PHASE, FRINGE_SIZE), fringe)
+    flat = np.interp(phase, np.linspace(0.0, MAX_PHASE, FRINGE_SIZE), fringe[:, 0])
     pole = np.zeros((POLE_ROWS, POLE_COLUMNS, 2))
     for row, q in enumerate(np.linspace(0.0, 1.0, POLE_ROWS)):
         distance = POLE_DISTANCE * q**2
@@ -142,7 +142,7 @@ class AiryTable:
 
     Attributes:
         near: disc means of Ai² (rows of disc, columns of z), float32.
-        fringe: factor of the fringes (phase), float32.
+        fringe: J and B of the fringes (phase, 2), float32.
         pole: its complex change near the pole (distance, phase, 2), float32.
     """
 
@@ -164,24 +164,20 @@ class AiryTable:
         z, s, distance = np.broadcast_arrays(z, s, pole_distance)
         shrink = MAX_DISC / np.maximum(s, MAX_DISC)
         z, s = z * shrink, s * shrink
-        row = _row_of_disc(s) * (NEAR_ROWS - 1)
-        below = np.clip(row.astype(np.int64), 0, NEAR_ROWS - 2)
-        near = np.zeros(z.shape)
-        for offset in (0, 1):
-            index = below + offset
-            low, high = _near_span(_disc_of_row(index / (NEAR_ROWS - 1)))
-            near += (1.0 - np.abs(row - index)) * _linear(
-                self.near, index, (z - low) / (high - low)
-            )
-        _, high = _near_span(s)
+        low, high = _near_span(s)
+        near = _bilinear(self.near, _row_of_disc(s), (z - low) / (high - low))
         safe_z = np.maximum(z, 1.0)
         root = np.sqrt(safe_z)
         amplitude = 1.0 / (2.0 * np.pi * root)
         cubed = safe_z * root
         psi = 4.0 / 3.0 * cubed - 5.0 / (24.0 * cubed)
         phase = np.minimum(2.0 * root * s, MAX_PHASE)
-        fringe = np.interp(phase, np.linspace(0.0, MAX_PHASE, FRINGE_SIZE), self.fringe)
-        value = np.where(z < high, near, amplitude * (1.0 + fringe * np.sin(psi)))
+        phases = np.linspace(0.0, MAX_PHASE, FRINGE_SIZE)
+        sine, cosine = (np.interp(phase, phases, self.fringe[:, k]) for k in range(2))
+        # The disc's mean of 1/sqrt(z) is greater than at its centre, in first order by this.
+        caustic = 1.0 + 3.0 / 32.0 * (s / safe_z) ** 2
+        far = caustic + sine * np.sin(psi) + cosine / cubed * np.cos(psi)
+        value = np.where(z < high, near, amplitude * far)
 
         close = (distance < POLE_DISTANCE) & (z > 1.0)
         if np.any(close):
@@ -218,11 +214,11 @@ class AiryTable:
 
 
 def _linear(rows: NDArray[np.float32], index: NDArray[np.int64], v: Array) -> Array:
-    """Interpolate along the columns of given rows; zero before the first column."""
+    """Interpolate along the columns of given rows."""
     column = np.clip(v, 0.0, 1.0) * (rows.shape[1] - 1)
     left = np.clip(column.astype(np.int64), 0, rows.shape[1] - 2)
     f = column - left
-    return np.where(v < 0.0, 0.0, rows[index, left] * (1.0 - f) + rows[index, left + 1] * f)
+    return floats(rows[index, left] * (1.0 - f) + rows[index, left + 1] * f)
 
 
 def _bilinear(grid: NDArray[np.float32], u: Array, v: Array) -> Array:
@@ -244,7 +240,7 @@ def build_airy_table() -> AiryTable:
 
 def airy_table() -> AiryTable:
     """Give the table, from the cache where it lies there already."""
-    key = f"airy layout 1 {sorted(shader_constants().items())}"
+    key = f"airy layout 2 {sorted(shader_constants().items())}"
 
     def build() -> dict[str, NDArray[np.float32]]:
         table = build_airy_table()

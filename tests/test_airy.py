@@ -1,5 +1,7 @@
 """Airy's bow against its textbook formula, derived here again, and against exact Mie peaks."""
 
+from functools import lru_cache
+
 import mpmath
 import numpy as np
 import pytest
@@ -25,17 +27,23 @@ INDEX = np.array([1.3435, 1.3392, 1.3347, 1.3320, 1.3290])
 
 def deviation(b, index, reflections):
     """Total turn of the ray that enters at the share b of the radius, in mpmath."""
-    return reflections * mpmath.pi + 2 * mpmath.asin(b) - 2 * (reflections + 1) * mpmath.asin(
-        b / index
+    return (
+        reflections * mpmath.pi
+        + 2 * mpmath.asin(b)
+        - 2 * (reflections + 1) * mpmath.asin(b / index)
     )
 
 
+@lru_cache
 def stationary_ray(index, reflections):
     """b, D and D'' where the turn is least, by differences alone, to 20 digits."""
     with mpmath.workdps(40):
         m = mpmath.mpf(float(index))
         b = mpmath.findroot(
-            lambda x: mpmath.diff(lambda y: deviation(y, m, reflections), x), 0.9
+            lambda x: mpmath.diff(lambda y: deviation(y, m, reflections), x),
+            (0.7, 0.99),
+            solver="illinois",
+            tol=1e-36,
         )
         second = mpmath.diff(lambda y: deviation(y, m, reflections), b, 2)
         return float(b), float(deviation(b, m, reflections)), float(second)
@@ -56,9 +64,14 @@ def direct_cross_section(index, wavelength_m, radius_m, theta, reflections):
     total = 0.0
     for r in (normal, in_plane):
         eps = (1.0 - r**2) * r ** (order - 1)
-        total += eps**2 * x**3 * b / (2.0 * np.pi * abs(np.sin(turn))) * (
-            2.0 * np.pi / c
-        ) ** 2 * value**2
+        total += (
+            eps**2
+            * x**3
+            * b
+            / (2.0 * np.pi * abs(np.sin(turn)))
+            * (2.0 * np.pi / c) ** 2
+            * value**2
+        )
     k = 2.0 * np.pi / wavelength_m
     return total / (2.0 * k**2)
 
@@ -74,7 +87,9 @@ def peak(reflections, wavelength_m, index, radius_m):
     """Angle (degrees) and height of the first fringe, by search."""
     near = (137.0, 143.0) if reflections == 1 else (124.0, 130.5)
     grid = np.linspace(*near, 4001)
-    values = [cross_section(reflections, wavelength_m, index, radius_m, np.radians(t)) for t in grid]
+    values = [
+        cross_section(reflections, wavelength_m, index, radius_m, np.radians(t)) for t in grid
+    ]
     top = grid[int(np.argmax(values))]
     found = minimize_scalar(
         lambda t: -cross_section(reflections, wavelength_m, index, radius_m, np.radians(t)),
@@ -118,10 +133,7 @@ def test_cross_section_is_the_formulas(reflections, radius_um, k):
     wavelength, radius = NM[k] * 1e-9, radius_um * 1e-6
     turn = stationary_ray(INDEX[k], reflections)[1]
     edge = turn if reflections == 1 else 2.0 * np.pi - turn
-    top = direct_cross_section(
-        INDEX[k], wavelength, radius, peak(reflections, wavelength, INDEX[k], radius)[0] * np.pi / 180,
-        reflections,
-    )  # fmt: skip
+    _, top = peak(reflections, wavelength, INDEX[k], radius)
     for theta in (edge, edge - 0.02, edge + 0.02, edge + 0.1, edge - 0.1, 0.1, 2.0, 3.1):
         expected = direct_cross_section(INDEX[k], wavelength, radius, theta, reflections)
         got = cross_section(reflections, wavelength, INDEX[k], radius, theta)

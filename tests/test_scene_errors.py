@@ -226,7 +226,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "[camera]",
             "[render]\nwavelength_step_nm = 0\n[camera]",
-            "render.wavelength_step_nm = 0; must be 0.01..40",
+            "render.wavelength_step_nm = 0; must be 0.05..40",
         ),
         ("[camera]", "[render]\nsteps = 0\n[camera]", "render.steps = 0; must be 1..100000"),
         ("[camera]", "seed = 4\n[camera]", "unknown key seed; did you mean droplets.seed?"),
