@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
 from rtbow.arrays import Array, floats
+
+
+@lru_cache(maxsize=256)
+def _gauss_legendre(count: int) -> tuple[Array, Array]:
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return floats(nodes), floats(weights)
 
 
 def disc_nodes(theta_rad: float, radius_rad: float, count: int) -> tuple[Array, Array]:
@@ -36,12 +43,12 @@ def disc_nodes(theta_rad: float, radius_rad: float, count: int) -> tuple[Array, 
     # not at the lower end; Gauss-Legendre nodes need no more than pi/2 times as many.
     pole_inside = centre < radius_rad
     if pole_inside:
-        nodes, gauss = np.polynomial.legendre.leggauss(int(np.ceil(0.5 * np.pi * count)))
+        nodes, gauss = _gauss_legendre(int(np.ceil(0.5 * np.pi * count)))
         t, dt = floats(0.5 * np.pi * (nodes + 1.0)), floats(0.5 * np.pi * gauss)
     else:
-        t, dt = (np.arange(count) + 0.5) * (np.pi / count), np.full(count, np.pi / count)
+        t, dt = floats((np.arange(count) + 0.5) * np.pi / count), np.full(count, np.pi / count)
     half = 0.5 * (high - low)
-    angles: Array = low + half * (1.0 - np.cos(t))
+    angles = floats(low + half * (1.0 - np.cos(t)))
     offset = angles - centre
     ratio = (
         np.sin(0.5 * (radius_rad + offset)) * np.sin(0.5 * (radius_rad - offset))

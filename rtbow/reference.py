@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER
-from rtbow.arrays import Array, Indices, Progress, no_progress
+from rtbow.arrays import Array, Indices, Progress, floats, no_progress
 from rtbow.atmosphere import segment_column, sun_column
 from rtbow.camera import box_span, pixel_directions
 from rtbow.colour import xyz_to_rgb
@@ -127,6 +127,16 @@ def _row_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> A
     return xyz
 
 
+def _moments(volume: DropletVolume) -> Array:
+    """Density and density times radius in float64, (nz, ny, nx, 2).
+
+    Their ratio is then the radius to the last digits, and drops of one radius stay of one radius.
+    """
+    density = floats(volume.number_per_m3)
+    moments = np.stack([density, density * floats(volume.radius_um) * 1e-6], axis=-1)
+    return np.ascontiguousarray(moments.transpose(2, 1, 0, 3))
+
+
 def render_reference(scene: Scene, progress: Progress = no_progress) -> Array:
     """Render a scene in float64 at its own wavelength step (1 nm is the standard of truth).
 
@@ -142,7 +152,7 @@ def render_reference(scene: Scene, progress: Progress = no_progress) -> Array:
     """
     optics = scene_optics(scene)
     volume = build_volume(scene.droplets)
-    moments = volume.moments().astype(np.float64)
+    moments = _moments(volume)
     width, height = scene.camera.size_px
     origin = np.array(scene.camera.position_m, dtype=np.float64)
     xyz = np.zeros((height, width, 3))

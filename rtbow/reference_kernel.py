@@ -43,9 +43,9 @@ def _airy_squared(z: float, grid: Array) -> float:
     k = int(at)
     f = at - k
     g = 1.0 - f
-    return g * g * ((1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / _PER_UNIT) + f * f * (
-        (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / _PER_UNIT
-    )
+    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / _PER_UNIT
+    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / _PER_UNIT
+    return float(g * g * left + f * f * right)
 
 
 @njit(cache=True)

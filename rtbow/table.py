@@ -82,11 +82,23 @@ def _near_span(s: Array) -> tuple[Array, Array]:
     return NEAR_Z_LOW - NEAR_S_FIXED - wide, NEAR_Z_HIGH + 1.5 * wide
 
 
+_LINE_STEP = 2e-3
+
+
+def _on_line(values: Array, start: float, z: Array) -> Array:
+    """Interpolate linearly between values that start at ``start``, ``_LINE_STEP`` apart."""
+    # np.interp searches for each z; here its place is known.
+    at = (z - start) / _LINE_STEP
+    index = at.astype(np.int32)
+    left = values[index]
+    return floats(left + (at - index) * (values[index + 1] - left))
+
+
 def _build_near() -> Array:
     s = _disc_of_row(np.linspace(0.0, 1.0, NEAR_ROWS))
     low, high = _near_span(s)
     # Both functions once on a line fine enough that linear interpolation errs by 1e-6.
-    line = np.arange(low[-1] - MAX_DISC, high[-1] + MAX_DISC, 2e-3)
+    line = np.arange(low[-1] - MAX_DISC, high[-1] + MAX_DISC + 1.0, _LINE_STEP)
     value, integral = airy_squared_and_integral(line)
     v = np.linspace(0.0, 1.0, NEAR_COLUMNS)
     near = np.empty((NEAR_ROWS, NEAR_COLUMNS))
@@ -97,14 +109,14 @@ def _build_near() -> Array:
             count = 12 + int(4.2 * disc)
             angle = np.arange(1, count + 1) * np.pi / (count + 1)
             weight = 2.0 / (count + 1) * np.sin(angle) ** 2
-            near[row] = np.interp(z + disc * np.cos(angle), line, value) @ weight
+            near[row] = _on_line(value, low[-1] - MAX_DISC, z + disc * np.cos(angle)) @ weight
         else:
             # The same mean by parts: first kind, on the integral, whose fringes are far weaker,
             # so that the nodes need to follow the bow alone.
             count = 12 + int(5.0 * disc)
             angle = (np.arange(count) + 0.5) * np.pi / count
             weight = 2.0 / (disc * count) * np.cos(angle)
-            near[row] = np.interp(z + disc * np.cos(angle), line, integral) @ weight
+            near[row] = _on_line(integral, low[-1] - MAX_DISC, z + disc * np.cos(angle)) @ weight
     return near
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,8 +57,19 @@ class DropletVolume:
     @property
     def radius_range_um(self) -> tuple[float, float]:
         """Least and greatest radius where there are drops; (0, 0) in an empty volume."""
-        radii = self.radius_um[self.number_per_m3 > 0.0]
-        return (float(radii.min()), float(radii.max())) if radii.size else (0.0, 0.0)
+        filled = self.number_per_m3 > 0.0
+        if not filled.any():
+            return 0.0, 0.0
+        least = self.radius_um.min(where=filled, initial=np.inf)
+        return float(least), float(self.radius_um.max(where=filled, initial=0.0))
+
+    def gridded(self) -> DropletVolume:
+        """Give the same drops on a grid of two points at least along each axis, as files hold."""
+        if not self.uniform:
+            return self
+        return DropletVolume(
+            self.box_m, np.tile(self.radius_um, (2, 2, 2)), np.tile(self.number_per_m3, (2, 2, 2))
+        )
 
     def moments(self) -> NDArray[np.float32]:
         """Give what is interpolated: density [m⁻³] and density · radius [m⁻²].
@@ -67,11 +79,8 @@ class DropletVolume:
         """
         moments = np.empty((*self.shape[::-1], 2), dtype=np.float32)
         moments[..., 0] = self.number_per_m3.transpose(2, 1, 0)
-        np.multiply(
-            moments[..., 0],
-            self.radius_um.transpose(2, 1, 0) * np.float32(1e-6),
-            out=moments[..., 1],
-        )
+        np.multiply(moments[..., 0], self.radius_um.transpose(2, 1, 0), out=moments[..., 1])
+        moments[..., 1] *= np.float32(1e-6)
         return moments
 
 
@@ -117,6 +126,12 @@ _EXPECTED = (
     f" {MAX_GRID} points along each axis, and box_m (2, 3); tools/build_droplets.py makes one"
 )
 
+# What zip and npy readers raise over damaged bytes.
+_UNREADABLE = (
+    OSError, ValueError, EOFError, KeyError, RuntimeError, MemoryError, zipfile.BadZipFile,
+    zlib.error,
+)  # fmt: skip
+
 
 def load_volume(path: Path) -> DropletVolume:
     """Read and check a volume file.
@@ -125,7 +140,9 @@ def load_volume(path: Path) -> DropletVolume:
         InputError: not there, not an ``.npz``, arrays missing, of unequal shape, out of range.
     """
     try:
-        with np.load(path, allow_pickle=False) as data:
+        # Opened here, since np.load leaves a file open that turns out to be damaged.
+        with path.open("rb") as file:
+            data = np.load(file, allow_pickle=False)
             if not isinstance(data, np.lib.npyio.NpzFile):
                 raise InputError(f"{path}: is a single array; {_EXPECTED}")
             wanted = ("radius_um", "number_per_m3", "box_m")
@@ -135,7 +152,7 @@ def load_volume(path: Path) -> DropletVolume:
             radius, number, box = (data[name] for name in wanted)
     except FileNotFoundError:
         raise InputError(f"{path}: volume file not found") from None
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, KeyError) as error:
+    except _UNREADABLE as error:
         raise InputError(f"{path}: not a readable volume ({error}); {_EXPECTED}") from None
 
     for name, array in (("radius_um", radius), ("number_per_m3", number), ("box_m", box)):
@@ -152,15 +169,15 @@ def load_volume(path: Path) -> DropletVolume:
             f"{path}: box_m = {box.tolist()}; must be two finite corners, the second greater"
             " along east, north and up"
         )
-    radius = radius.astype(np.float32)
-    number = number.astype(np.float32)
+    with np.errstate(over="ignore"):  # told below
+        radius = radius.astype(np.float32)
+        number = number.astype(np.float32)
     if not np.all(np.isfinite(number)) or np.any(number < 0.0):
         raise InputError(f"{path}: number_per_m3 has negative or non-finite values; must be >= 0")
     # Where there are no drops their radius means nothing, but a NaN would still spread.
-    filled = radius[number > 0.0]
-    if not np.all(np.isfinite(radius)) or np.any(
-        (filled < MIN_RADIUS_UM) | (filled > MAX_RADIUS_UM)
-    ):
+    filled = number > 0.0
+    outside = (radius < MIN_RADIUS_UM) | (radius > MAX_RADIUS_UM)
+    if not np.all(np.isfinite(radius)) or np.any(outside & filled):
         raise InputError(
             f"{path}: radius_um must be finite, and within {MIN_RADIUS_UM:g}-{MAX_RADIUS_UM:g} µm"
             " wherever number_per_m3 > 0"

@@ -1,13 +1,12 @@
 """Airy's bow against its textbook formula, derived here again, and against exact Mie peaks."""
 
-from functools import lru_cache
-
 import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.special import airy
+from textbook import cross_section, stationary_ray
 
 from rtbow.airy import (
     RADIUS_POWER,
@@ -25,58 +24,7 @@ NM = np.array([380.0, 450.0, 550.0, 650.0, 780.0])
 INDEX = np.array([1.3435, 1.3392, 1.3347, 1.3320, 1.3290])
 
 
-def deviation(b, index, reflections):
-    """Total turn of the ray that enters at the share b of the radius, in mpmath."""
-    return (
-        reflections * mpmath.pi
-        + 2 * mpmath.asin(b)
-        - 2 * (reflections + 1) * mpmath.asin(b / index)
-    )
-
-
-@lru_cache
-def stationary_ray(index, reflections):
-    """b, D and D'' where the turn is least, by differences alone, to 20 digits."""
-    with mpmath.workdps(40):
-        m = mpmath.mpf(float(index))
-        b = mpmath.findroot(
-            lambda x: mpmath.diff(lambda y: deviation(y, m, reflections), x),
-            (0.7, 0.99),
-            solver="illinois",
-            tol=1e-36,
-        )
-        second = mpmath.diff(lambda y: deviation(y, m, reflections), b, 2)
-        return float(b), float(deviation(b, m, reflections)), float(second)
-
-
-def direct_cross_section(index, wavelength_m, radius_m, theta, reflections):
-    """dC/dOmega of one bow by the formula in x, c and the angle past the bow, scalars only."""
-    order = reflections + 1
-    b, turn, second = stationary_ray(index, reflections)
-    x = 2.0 * np.pi * radius_m / wavelength_m
-    c = (x * second / 2.0) ** (1.0 / 3.0)
-    past = theta - turn if order == 2 else (2.0 * np.pi - turn) - theta
-    cos_in, cos_out = np.sqrt(1.0 - b**2), np.sqrt(1.0 - (b / index) ** 2)
-    # Fresnel with the indices, not with sines and tangents of the two angles.
-    normal = (cos_in - index * cos_out) / (cos_in + index * cos_out)
-    in_plane = (index * cos_in - cos_out) / (index * cos_in + cos_out)
-    value = float(mpmath.airyai(-x * past / c))
-    total = 0.0
-    for r in (normal, in_plane):
-        eps = (1.0 - r**2) * r ** (order - 1)
-        total += (
-            eps**2
-            * x**3
-            * b
-            / (2.0 * np.pi * abs(np.sin(turn)))
-            * (2.0 * np.pi / c) ** 2
-            * value**2
-        )
-    k = 2.0 * np.pi / wavelength_m
-    return total / (2.0 * k**2)
-
-
-def cross_section(reflections, wavelength_m, index, radius_m, theta):
+def section(reflections, wavelength_m, index, radius_m, theta):
     """The same through the module's five numbers."""
     the_bow = bow(reflections, np.array([wavelength_m]), np.array([index]))
     z = the_bow.scale * radius_m**SCALE_POWER * excess_angle(the_bow, np.array(theta))
@@ -87,12 +35,10 @@ def peak(reflections, wavelength_m, index, radius_m):
     """Angle (degrees) and height of the first fringe, by search."""
     near = (137.0, 143.0) if reflections == 1 else (124.0, 130.5)
     grid = np.linspace(*near, 4001)
-    values = [
-        cross_section(reflections, wavelength_m, index, radius_m, np.radians(t)) for t in grid
-    ]
+    values = [section(reflections, wavelength_m, index, radius_m, np.radians(t)) for t in grid]
     top = grid[int(np.argmax(values))]
     found = minimize_scalar(
-        lambda t: -cross_section(reflections, wavelength_m, index, radius_m, np.radians(t)),
+        lambda t: -section(reflections, wavelength_m, index, radius_m, np.radians(t)),
         bounds=(top - 0.01, top + 0.01),
         method="bounded",
         options={"xatol": 1e-7},
@@ -135,8 +81,8 @@ def test_cross_section_is_the_formulas(reflections, radius_um, k):
     edge = turn if reflections == 1 else 2.0 * np.pi - turn
     _, top = peak(reflections, wavelength, INDEX[k], radius)
     for theta in (edge, edge - 0.02, edge + 0.02, edge + 0.1, edge - 0.1, 0.1, 2.0, 3.1):
-        expected = direct_cross_section(INDEX[k], wavelength, radius, theta, reflections)
-        got = cross_section(reflections, wavelength, INDEX[k], radius, theta)
+        expected = cross_section(INDEX[k], wavelength, radius, theta, reflections)
+        got = section(reflections, wavelength, INDEX[k], radius, theta)
         # Worst 2e-11 of the peak: Airy's function at arguments of hundreds, in float64.
         assert got == pytest.approx(expected, abs=1e-10 * top, rel=0.0)
 

@@ -2,25 +2,11 @@
 
 import numpy as np
 import pytest
+from textbook import mean_on_sphere
 
 from rtbow.disc import disc_mean, disc_nodes
 
 RADIUS = np.radians(0.2665)
-
-
-def mean_on_sphere(function, theta, radius, rings=120, spokes=512):
-    """Average over a uniform disc, ring by ring about its own centre."""
-    nodes, gauss = np.polynomial.legendre.leggauss(rings)
-    away = 0.5 * radius * (nodes + 1.0)
-    turn = (np.arange(spokes) + 0.5) * (2.0 * np.pi / spokes)
-    r, phi = away[:, None], turn[None, :]
-    # Position about an axis z, with the disc's centre in the x-z plane; atan2 keeps small angles.
-    x = np.sin(theta) * np.cos(r) - np.cos(theta) * np.sin(r) * np.cos(phi)
-    y = np.sin(r) * np.sin(phi)
-    z = np.cos(theta) * np.cos(r) + np.sin(theta) * np.sin(r) * np.cos(phi)
-    angle = np.arctan2(np.hypot(x, y), z)
-    weight = (gauss * np.sin(away))[:, None]
-    return float((function(angle) * weight).sum() / (weight.sum() * spokes))
 
 
 POSITIONS = {

@@ -5,7 +5,7 @@ cores and on their lee side (wind sorts drops by their fall speed), and thin out
 faces, so that no face shows. Run it again to change the shower: everything follows from the seed.
 
     python tools/make_shower.py scenes/shower.npz
-    python tools/make_shower.py scenes/curtain.npz 350     # drops of one radius, 350 µm
+    python tools/make_shower.py scenes/curtain.npz 500     # drops of one radius, 500 µm
 """
 
 from __future__ import annotations

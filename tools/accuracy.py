@@ -1,0 +1,179 @@
+"""Print the project's measured numbers: check values, table, frames against the reference, times.
+
+    python tools/accuracy.py [physics] [table] [frames] [volume] [startup]
+
+Without arguments, all of them. Times depend on the machine and are never part of a test.
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import rtbow
+from rtbow.airy import airy_squared, bow
+from rtbow.arrays import Array, floats
+from rtbow.atmosphere import rayleigh_depth, sun_column
+from rtbow.colour import luminance
+from rtbow.scene import Scene
+from rtbow.table_tools import describe_table
+from rtbow.volume import DropletVolume, save_volume
+from rtbow.water import iapws_index
+
+SIZE = [96, 54]
+BACKENDS = ("egl", "osmesa")
+# IAPWS-95 density of water at 20 °C and 101325 Pa, kg/m³.
+DENSITY_20C = 998.2063
+
+
+def peak(reflections: int, nm: float, index: float, radius_um: float) -> tuple[float, float]:
+    """Give the angle [deg] and height [m² sr⁻¹] of a bow's peak, without a disc."""
+    the_bow = bow(reflections, np.array([nm * 1e-9]), np.array([index]))
+    radius = radius_um * 1e-6
+    z = np.linspace(0.5, 1.5, 20001)
+    value = the_bow.strength[0] * radius ** (7 / 3) * airy_squared(z)
+    best = int(value.argmax())
+    scale = the_bow.scale[0] * radius ** (2 / 3)
+    angle = the_bow.angle_rad[0] + the_bow.side * z[best] / scale
+    return float(np.degrees(angle)), float(value[best])
+
+
+def physics() -> None:
+    """Print the check values."""
+    print("IAPWS R9-97:", end=" ")
+    for um, kelvin, density in ((0.2265, 298.15, 997.047435), (0.5893, 773.15, 30.4758534)):
+        print(f"n({um} um, {kelvin} K) = {iapws_index(floats(um), kelvin, density):.8f}", end="  ")
+    print("\nDescartes angles from the antisolar point, water in vacuum at 20 C:")
+    for line in (400.0, 500.0, 589.3, 700.0):
+        index = iapws_index(np.array([line * 1e-3]), 293.15, DENSITY_20C)
+        angles = [180 - np.degrees(bow(k, np.array([line]), index).angle_rad[0]) for k in (1, 2)]
+        print(f"  {line:5.1f} nm  primary {angles[0]:.3f}  secondary {angles[1]:.3f}")
+    print("Airy peaks at 550 nm, n = 1.33468, degrees (primary, secondary):")
+    for radius in (10, 50, 100, 250, 500, 1000):
+        angles = [peak(k, 550.0, 1.33468, radius)[0] for k in (1, 2)]
+        print(f"  {radius:5d} um  {angles[0]:.2f}  {angles[1]:.2f}")
+    heights = [
+        peak(1, nm, float(iapws_index(floats(nm / 1000), 293.15, 998.2)) / 1.000277, 100.0)[1]
+        for nm in (450.0, 550.0, 650.0)
+    ]
+    print("Primary peak at 100 um, 450/550/650 nm:", [f"{h:.3g}" for h in heights], "m2/sr")
+    nm = np.arange(400.0, 701.0, 50.0)
+    print("Rayleigh depth 400..700 nm:", [f"{d:.5f}" for d in rayleigh_depth(nm)])
+    altitudes = np.array([0.0, 1, 2, 3, 5, 10, 20, 30, 90])
+    columns = sun_column(0.0, np.radians(altitudes))
+    print("Sun columns:", [f"{a:g} deg {c:.3f}" for a, c in zip(altitudes, columns, strict=True)])
+
+
+def table() -> None:
+    """Print the table's build time and look-up error."""
+    for line in describe_table(4000):
+        print(line)
+
+
+def difference(frame: Array, reference: Array) -> tuple[float, float, float]:
+    """Give median, 99th percentile and maximum over pixels of the largest channel difference.
+
+    Relative to the reference's 99.5th-percentile luminance.
+    """
+    level = np.percentile(luminance(reference), 99.5)
+    error = np.abs(floats(frame) - reference).max(axis=-1) / level
+    return float(np.median(error)), float(np.percentile(error, 99)), float(error.max())
+
+
+def render(scene: Scene, method: str, backend: str = "auto") -> tuple[Array, float, str]:
+    """Render once; give the frame, the seconds it took and the renderer."""
+    with rtbow.Renderer(scene, backend) as renderer:  # type: ignore[arg-type]
+        begun = time.perf_counter()
+        frame = renderer.render(method)  # type: ignore[arg-type]
+        return floats(frame), time.perf_counter() - begun, renderer.gl_renderer
+
+
+def frames() -> None:
+    """Print the shader's distance from the reference on each built-in scene and backend."""
+    for name in ("default", "uniform", "shower"):
+        size = {"camera.size_px": SIZE}
+        scene = rtbow.load_scene(name, size)
+        same, seconds, _ = render(scene, "reference")
+        truth, truth_s, _ = render(
+            rtbow.load_scene(name, {**size, "render.wavelength_step_nm": 1.0}), "reference"
+        )
+        print(f"{name} {SIZE[0]}x{SIZE[1]}: reference {seconds:.1f} s, at 1 nm {truth_s:.1f} s")
+        for backend in BACKENDS:
+            frame, took, renderer = render(scene, "spectral", backend)
+            for label, other in (("same wavelengths", same), ("1 nm reference", truth)):
+                p50, p99, worst = difference(frame, other)
+                print(
+                    f"  {backend:<7}against {label:<17} p50 {p50:.1e}  p99 {p99:.1e}"
+                    f"  max {worst:.1e}  ({took:.2f} s, {renderer})"
+                )
+
+
+def volume() -> None:
+    """Print the time and memory that a 256³ volume takes to load and upload."""
+    shape = (256, 256, 256)
+    rng = np.random.default_rng(0)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "big.npz"
+        drops = DropletVolume(
+            np.array([[-1000.0, 200.0, 0.0], [1000.0, 1200.0, 1000.0]]),
+            rng.uniform(300.0, 700.0, shape).astype(np.float32),
+            np.full(shape, 1000.0, dtype=np.float32),
+        )
+        save_volume(drops, path)
+        code = (
+            "import time, resource, rtbow\n"
+            "from rtbow.context import open_context\n"
+            "from rtbow.spectral import SpectralPass\n"
+            "s = rtbow.load_scene('uniform', {'droplets.file': " + repr(str(path)) + "})\n"
+            "gl = open_context()\n"
+            "t = time.perf_counter()\n"
+            "with gl.current(): p = SpectralPass(gl, s)\n"
+            "peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10\n"
+            "print(f'256^3 volume: {time.perf_counter() - t:.2f} s to load and upload, '\n"
+            "      f'{peak:.0f} MiB peak of the whole process')\n"
+        )
+        subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def startup() -> None:
+    """Print what the help and the default picture cost, as whole processes."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = f"{folder}/default"
+        for label, arguments in (
+            ("rtbow --help", ["--help"]),
+            ("make demo's render", ["render", "-q", "-o", f"{out}.exr", "-o", f"{out}.png"]),
+        ):
+            best = min(timed([sys.executable, "-m", "rtbow", *arguments]) for _ in range(2))
+            print(f"{label}: {best:.2f} s")
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**10
+    print(f"largest process: {peak:.0f} MiB")
+
+
+def timed(command: list[str]) -> float:
+    """Run a command; give its seconds."""
+    begun = time.perf_counter()
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return time.perf_counter() - begun
+
+
+SECTIONS: dict[str, Callable[[], None]] = {
+    "physics": physics,
+    "table": table,
+    "frames": frames,
+    "volume": volume,
+    "startup": startup,
+}
+
+if __name__ == "__main__":
+    for section in sys.argv[1:] or SECTIONS:
+        if section not in SECTIONS:
+            sys.exit(f"{section}: no such section; must be one of {', '.join(SECTIONS)}")
+        print(f"== {section}")
+        SECTIONS[section]()
