@@ -5,6 +5,8 @@ Every heavy import happens inside the verb that needs it, so that ``rtbow --help
 
 from __future__ import annotations
 
+import errno
+import os
 import shlex
 import sys
 from collections.abc import Iterable
@@ -14,16 +16,27 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow import __version__
-from rtbow.errors import InputError, RtbowError
+from rtbow.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
     from rtbow.arrays import Progress
     from rtbow.renderer import Method
 
+    _SizeType = click.ParamType[tuple[int, int]]
+    _ExposureType = click.ParamType[float | None]
+    _NumbersType = click.ParamType[tuple[float, ...]]
+else:  # generic since click 8.4 alone
+    _SizeType = _ExposureType = _NumbersType = click.ParamType
+
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+PIPE_CLOSED = 141  # 128 + SIGPIPE
+
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+# Before click 8.2 a missing verb is no error.
+_NO_VERB = getattr(click.exceptions, "NoArgsIsHelpError", ())
 
 
-class Size(click.ParamType[tuple[int, int]]):
+class Size(_SizeType):
     """WIDTHxHEIGHT in pixels."""
 
     name = "WxH"
@@ -37,13 +50,24 @@ class Size(click.ParamType[tuple[int, int]]):
         """Parse ``640x360``."""
         if isinstance(value, tuple):
             return int(value[0]), int(value[1])
-        width, cross, height = str(value).lower().partition("x")
-        if not cross or not width.isdigit() or not height.isdigit():
+        sides = str(value).lower().split("x")
+        if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
             self.fail(f"{value!r} is not a size; write width and height such as 640x360", param)
-        return int(width), int(height)
+        from pydantic import ValidationError
+
+        from rtbow.scene import Camera, Pixels
+        from rtbow.scene_schema import Node
+
+        # Twenty digits tell enough; Python refuses to read thousands.
+        width, height = (int(side[:20]) for side in sides)
+        try:
+            return Camera(size_px=(width, height)).size_px
+        except ValidationError:
+            allowed = Node.of(Pixels).range
+            self.fail(f"{value!r} is not a size; each side must be {allowed} pixels", param)
 
 
-class Exposure(click.ParamType[float | None]):
+class Exposure(_ExposureType):
     """``auto`` or an exposure value."""
 
     name = "auto|EV"
@@ -55,7 +79,7 @@ class Exposure(click.ParamType[float | None]):
         ctx: click.Context | None,
     ) -> float | None:
         """Parse ``auto`` (None) or a number."""
-        if value is None or value == "auto":
+        if value is None or str(value).lower() == "auto":
             return None
         from rtbow.display import max_luminance
 
@@ -69,7 +93,7 @@ class Exposure(click.ParamType[float | None]):
         return exposure
 
 
-class Numbers(click.ParamType[tuple[float, ...]]):
+class Numbers(_NumbersType):
     """Numbers with commas between them."""
 
     name = "A,B,..."
@@ -87,6 +111,12 @@ class Numbers(click.ParamType[tuple[float, ...]]):
             return tuple(float(part) for part in str(value).split(","))
         except ValueError:
             self.fail(f"{value!r} is not a list of numbers such as 100,500,1000", param)
+
+
+class WholeNumber(click.IntRange):
+    """A whole number within a range."""
+
+    name = "whole number"
 
 
 def _progress(label: str, quiet: bool) -> Progress:
@@ -126,7 +156,9 @@ def rtbow() -> None:
     metavar="OUT",
     help="Where to write: .exr linear radiance, .png picture. May be repeated.",
 )
-@click.option("--size", type=Size(), help="Width and height in pixels, such as 640x360.")
+@click.option(
+    "--size", type=Size(), metavar="WxH", help="Width and height in pixels, such as 640x360."
+)
 @click.option(
     "--backend",
     type=click.Choice(["auto", "egl", "osmesa", "window"]),
@@ -153,9 +185,10 @@ def rtbow() -> None:
     type=Exposure(),
     default="auto",
     show_default=True,
+    metavar="auto|EV",
     help="Exposure of the .png: auto, or an EV at ISO 100.",
 )
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of the random drops.")
+@click.option("--seed", type=WholeNumber(min=0), metavar="N", help="Seed of the random drops.")
 @click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
 def render(
     scene: str | None,
@@ -264,9 +297,10 @@ def table_build() -> None:
 @table.command("info")
 @click.option(
     "--samples",
-    type=click.IntRange(100, 1_000_000),
+    type=WholeNumber(100, 1_000_000),
     default=4000,
     show_default=True,
+    metavar="N",
     help="Random look-ups to compare with direct evaluation, per disc.",
 )
 def table_info(samples: int) -> None:
@@ -306,9 +340,10 @@ def table_info(samples: int) -> None:
 )
 @click.option(
     "--angles",
-    type=click.IntRange(2, 1_000_000),
+    type=WholeNumber(2, 1_000_000),
     default=2001,
     show_default=True,
+    metavar="N",
     help="Scattering angles from 0 to 180 degrees.",
 )
 @click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
@@ -345,14 +380,20 @@ def table_export(
 def main() -> None:
     """Run the command line and exit with the codes that scripts rely on.
 
-    0 done; 2 the input is wrong; 3 the machine lacks something; 1 a defect of rtbow; 130 Ctrl-C.
+    0 done; 2 the input is wrong; 3 the machine lacks something; 1 a defect of rtbow; 130 Ctrl-C;
+    141 the reader of the output left, as in ``rtbow info | head -1``.
     """
     try:
         code = rtbow.main(prog_name="rtbow", standalone_mode=False)
-        sys.exit(code if isinstance(code, int) else 0)
-    except click.exceptions.NoArgsIsHelpError as error:
+    except SystemExit as stop:  # click's answer to a reader that left, or to the shell's Tab
+        sys.exit(PIPE_CLOSED if stop.code == 1 else stop.code)
+    except _NO_VERB as error:
         click.echo(error.format_message())
         sys.exit(0)
+    except click.UsageError as error:
+        verb = error.ctx.command_path if error.ctx else "rtbow"
+        click.echo(f"{verb}: {error.format_message().rstrip('.')} (see {verb} --help)", err=True)
+        sys.exit(InputError.exit_code)
     except click.ClickException as error:
         error.show()
         sys.exit(InputError.exit_code)
@@ -364,7 +405,19 @@ def main() -> None:
         sys.exit(error.exit_code)
     except MemoryError:
         click.echo("rtbow: not enough memory; render smaller or use a coarser volume", err=True)
-        sys.exit(3)
+        sys.exit(UnavailableError.exit_code)
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        # Files explain themselves, so what is full is where standard output goes.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python writes the rest when it exits
+        click.echo(
+            f"rtbow: standard output cannot be written: {os.strerror(error.errno)}; free some "
+            "space or send it elsewhere",
+            err=True,
+        )
+        sys.exit(InputError.exit_code)
+    sys.exit(code if isinstance(code, int) else 0)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rtbow.arrays import Progress, no_progress
 from rtbow.display import require_finite
-from rtbow.errors import InputError, RtbowError
+from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.scene import Scene
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Renderer:
 
         Raises:
             InputError: unknown method, or a spectrum or volume that is not usable.
-            UnavailableError: no GL backend works here.
+            UnavailableError: no GL backend works here, or the memory does not suffice.
             RtbowError: the renderer is closed.
         """
         if self._closed:
@@ -84,26 +84,41 @@ class Renderer:
         if method == "auto":
             method = "spectral"
         self.method_used = method
-        if method == "reference":
-            from rtbow.reference import render_reference
+        try:
+            if method == "reference":
+                from rtbow.reference import render_reference
 
-            frame = render_reference(self.scene, progress).astype(np.float32)
-        else:
-            frame = self._render_spectral(progress)
+                frame = render_reference(self.scene, progress).astype(np.float32)
+            else:
+                frame = self._render_spectral(progress)
+        except MemoryError as error:
+            raise UnavailableError(
+                "not enough memory; render smaller or use a coarser volume"
+            ) from error
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
         require_finite(frame)
         return frame
 
     def _render_spectral(self, progress: Progress) -> NDArray[np.float32]:
+        import moderngl
+
         from rtbow.context import open_context
         from rtbow.spectral import SpectralPass
 
         if self._context is None:
             self._context = open_context(self._backend)
-        with self._context.current():
-            if self._pass is None:
-                self._pass = SpectralPass(self._context, self.scene)
-            return self._pass.render(progress)
+        try:
+            with self._context.current():
+                if self._pass is None:
+                    self._pass = SpectralPass(self._context, self.scene)
+                return self._pass.render(progress)
+        except moderngl.Error as error:
+            width, height = self.scene.camera.size_px
+            raise UnavailableError(
+                f"this GL device ({self._context.renderer}) cannot hold {width} x {height} pixels"
+                f" or the volume ({error}); render smaller, use a coarser volume, or render with"
+                " --method reference"
+            ) from error
 
     def close(self) -> None:
         """Release the GL context and all that lives on it; a second call does nothing."""

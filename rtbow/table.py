@@ -82,7 +82,7 @@ def _near_span(s: Array) -> tuple[Array, Array]:
     return NEAR_Z_LOW - NEAR_S_FIXED - wide, NEAR_Z_HIGH + 1.5 * wide
 
 
-_LINE_STEP = 2e-3
+_LINE_STEP = 4e-3
 
 
 def _on_line(values: Array, start: float, z: Array) -> Array:
@@ -97,7 +97,7 @@ def _on_line(values: Array, start: float, z: Array) -> Array:
 def _build_near() -> Array:
     s = _disc_of_row(np.linspace(0.0, 1.0, NEAR_ROWS))
     low, high = _near_span(s)
-    # Both functions once on a line fine enough that linear interpolation errs by 1e-6.
+    # Both functions once on a line fine enough that linear interpolation errs by 1e-5 at most.
     line = np.arange(low[-1] - MAX_DISC, high[-1] + MAX_DISC + 1.0, _LINE_STEP)
     value, integral = airy_squared_and_integral(line)
     v = np.linspace(0.0, 1.0, NEAR_COLUMNS)
@@ -140,7 +140,7 @@ def _build_pole(fringe: Array) -> Array:
         distance = POLE_DISTANCE * q**2
         # A disc of 1e-4 rad: the plane, on the sphere's own quadrature.
         unit = 1e-4
-        angle, weight = disc_nodes(distance * unit, unit, 96)
+        angle, weight = disc_nodes(distance * unit, unit, 64)
         kernel = np.exp(1j * np.outer(phase, angle / unit - distance)) @ weight - flat
         # Faded out over the last part, so that nothing steps at its end.
         kernel *= np.clip((1.0 - q) / 0.1, 0.0, 1.0)

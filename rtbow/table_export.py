@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +22,8 @@ from rtbow.water import relative_index
 ORDERS = (1, 2)
 TEMPERATURE_C = 20.0
 MAX_DISC_DEG = 5.0
+MAX_VALUES = 100_000_000
+"""Values of one component, at most: 400 MB, of which writing holds a few copies."""
 
 
 def default_radii_um() -> tuple[float, ...]:
@@ -35,11 +38,23 @@ def default_wavelengths_nm() -> tuple[float, ...]:
 
 def _check(name: str, values: Sequence[float], low: float, high: float) -> Array:
     array = np.array(values, dtype=np.float64)
-    if array.size == 0 or not all(math.isfinite(v) and low <= v <= high for v in values):
-        raise InputError(f"{name} = {list(values)}; each must be {low:g}..{high:g}")
-    if np.any(np.diff(array) <= 0.0):
-        raise InputError(f"{name} = {list(values)}; must increase")
+    wrong = [v for v in values if not low <= v <= high]  # NaN too
+    if wrong:
+        raise InputError(f"{name}: {wrong[0]:g} is not allowed; must be {low:g}..{high:g}")
+    if array.size == 0:
+        raise InputError(f"{name}: is empty; give at least one number, {low:g}..{high:g}")
+    for before, after in itertools.pairwise(values):
+        if after <= before:
+            raise InputError(
+                f"{name}: {after:g} follows {before:g}; sort the numbers by increasing size, each"
+                " once"
+            )
     return array
+
+
+def _digits(number: float) -> str:
+    """Write a number so that it reads back as itself, 500 and not 500.0."""
+    return np.format_float_positional(number, trim="-")
 
 
 def plain_table(
@@ -70,10 +85,16 @@ def plain_table(
     # IAPWS R9-97 holds beyond the visible, too.
     nm = _check("--wavelength-nm", wavelength_nm, 200.0, 1100.0)
     disc_rad = math.radians(0.5 * float(_check("--disc", [disc_deg], 0.0, MAX_DISC_DEG)[0]))
+    shape = (len(radii), len(nm), angles)
+    if math.prod(shape) > MAX_VALUES:
+        counts = " x ".join(map(str, shape))
+        raise InputError(
+            f"{counts} radii, wavelengths and angles are {math.prod(shape):.2g} values; must be at"
+            f" most {MAX_VALUES:.2g}; give fewer of them"
+        )
     theta = np.linspace(0.0, math.pi, angles)
     table = airy_table()
     the_bows = bows(ORDERS, nm * 1e-9, relative_index(nm, TEMPERATURE_C))
-    shape = (len(radii), len(nm), len(theta))
     components = {"perpendicular": np.empty(shape, "f4"), "parallel": np.empty(shape, "f4")}
     for r in progress(range(len(radii))):
         radius_m = radii[r : r + 1] * 1e-6
@@ -110,13 +131,13 @@ def export_table(
         write_atomic(path, buffer.getvalue())
         return
     channels = {
-        f"{name}.{nm:g}nm": table[name][:, w].astype(np.float32)
+        f"{name}.{_digits(nm)}nm": table[name][:, w].astype(np.float32)
         for name in ("perpendicular", "parallel")
         for w, nm in enumerate(table["wavelength_nm"])
     }
     metadata = {
         "content": "columns: scattering angle 0 to pi, evenly; rows: radius; values: m2 sr-1",
-        "radius_um": ",".join(f"{r:.9g}" for r in table["radius_um"]),
-        "discDeg": f"{disc_deg:g}",
+        "radius_um": ",".join(map(_digits, table["radius_um"])),
+        "discDeg": _digits(disc_deg),
     }
     write_exr_channels(path, channels, metadata)

@@ -22,6 +22,8 @@ Field = NDArray[np.float32]
 
 MAX_GRID = 1024
 """Grid points along an axis, at most."""
+_MAX_COORDINATE_M = 1e7
+"""As in a scene's own ``box_m``."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,10 @@ def load_volume(path: Path) -> DropletVolume:
     try:
         # Opened here, since np.load leaves a file open that turns out to be damaged.
         with path.open("rb") as file:
+            # Of anything else than zip and npy, np.load says that it is a pickle.
+            if not file.read(6).startswith((b"PK", b"\x93NUMPY")):
+                raise InputError(f"{path}: is not an .npz file; {_EXPECTED}")
+            file.seek(0)
             data = np.load(file, allow_pickle=False)
             if not isinstance(data, np.lib.npyio.NpzFile):
                 raise InputError(f"{path}: is a single array; {_EXPECTED}")
@@ -164,10 +170,13 @@ def load_volume(path: Path) -> DropletVolume:
         )
     if not all(2 <= n <= MAX_GRID for n in radius.shape):
         raise InputError(f"{path}: grid of {radius.shape} points; {_EXPECTED}")
-    if box.shape != (2, 3) or not np.all(np.isfinite(box)) or not np.all(box[1] > box[0]):
+    if box.shape != (2, 3):
+        raise InputError(f"{path}: box_m has shape {box.shape}; {_EXPECTED}")
+    # NaN fails each comparison.
+    if not np.all(np.abs(box) <= _MAX_COORDINATE_M) or not np.all(box[1] > box[0]):
         raise InputError(
-            f"{path}: box_m = {box.tolist()}; must be two finite corners, the second greater"
-            " along east, north and up"
+            f"{path}: box_m = {box.tolist()}; must be two finite corners within"
+            f" ±{_MAX_COORDINATE_M:g} m, the second greater along east, north and up"
         )
     with np.errstate(over="ignore"):  # told below
         radius = radius.astype(np.float32)
