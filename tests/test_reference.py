@@ -212,7 +212,7 @@ def test_linear_density_is_its_mean(tmp_path):
 def test_radius_is_weighted_by_density(tmp_path):
     pixel = Pixel(azimuth=5.0, altitude=24.0, disc_deg=0.0)
     shape = (2, 2, 2)
-    # So far apart that the nodes of one cell still follow the fringes.
+    # So near to each other that the nodes of the one cell still follow the fringes.
     number, radius = np.array([300.0, 1500.0]), np.array([90e-6, 80e-6])
     droplets = saved(tmp_path, along_north(shape, radius * 1e6), along_north(shape, number))
     near, far = pixel.span()
@@ -224,9 +224,9 @@ def test_radius_is_weighted_by_density(tmp_path):
         return here * pixel.section(nm, product / here)
 
     per_nm = [quad(integrand, near, far, args=(nm,), epsrel=1e-8)[0] for nm in NM]
-    # Worst 3e-5: five nodes of a polynomial for a radius that is not one.
+    # Worst 1.1e-3: three nodes in a cell, over which the fringes move by a good part of a cycle.
     np.testing.assert_allclose(
-        xyz_of(pixel.scene(droplets=droplets)), colour_of(np.array(per_nm)), rtol=1e-4
+        xyz_of(pixel.scene(droplets=droplets)), colour_of(np.array(per_nm)), rtol=2e-3
     )
 
 

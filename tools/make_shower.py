@@ -5,7 +5,7 @@ cores and on their lee side (wind sorts drops by their fall speed), and thin out
 faces, so that no face shows. Run it again to change the shower: everything follows from the seed.
 
     python tools/make_shower.py scenes/shower.npz
-    python tools/make_shower.py scenes/curtain.npz 500     # drops of one radius, 500 µm
+    python tools/make_shower.py scenes/curtain.npz 700     # drops of one radius, 700 µm
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ SHAFTS = (
 )
 PEAK_DENSITY_PER_M3 = 1500.0
 DRIZZLE_DENSITY_PER_M3 = 260.0
+PATCHINESS = 0.06
 CORE_RADIUS_UM, EDGE_RADIUS_UM = 430.0, 270.0
 
 
@@ -91,8 +92,14 @@ def shower(one_radius_um: float | None) -> DropletVolume:
     radius_um = EDGE_RADIUS_UM + (CORE_RADIUS_UM - EDGE_RADIUS_UM) * np.clip(
         smoothstep(0.0, 1.0, core) + 0.25 * lee, 0.0, 1.3
     )
-    radius_um *= 1.0 + 0.03 * fine
+    # No two places have quite the same drops: this is what blurs the fringes of real bows.
+    patches = gaussian_filter(rng.standard_normal(GRID), 0.8, mode="wrap")
+    patches = 1.0 + PATCHINESS * patches / patches.std()
+    radius_um *= patches
+    density /= patches**3  # the same water everywhere
     if one_radius_um is not None:
+        # The same water in drops of one size.
+        density *= (CORE_RADIUS_UM / one_radius_um) ** 3
         radius_um = np.full(GRID, one_radius_um)
     # Eleven bits of mantissa are far finer than the drops are known, and pack well.
     return DropletVolume(
