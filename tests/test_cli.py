@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import pickle
 import pty
 import re
 import resource
+import select
 import shlex
 import signal
+import struct
 import subprocess
 import sys
+import termios
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,7 +120,7 @@ def test_both_files_say_how_they_were_made(call, tmp_path):
     assert texts["command"] == shlex.join(["rtbow", *args])
     assert texts["rtbowVersion"] == __version__
     assert texts["method"] == "spectral"
-    assert "llvmpipe" in texts["renderer"] or texts["renderer"]
+    assert texts["renderer"] not in ("", "CPU, float64")
     # The scene's text makes the same frame again.
     assert texts["scene"] == f"{UNIFORM}# --set camera.size_px=[32, 18]\n"
 
@@ -610,10 +614,11 @@ LONG = {
 }
 
 
-def read_terminal(reader: int, until: bytes = b"$never") -> bytes:
-    """Read what is shown until it matches, or until the process has ended."""
+def read_terminal(reader: int, until: bytes | None = None) -> bytes:
+    """Read what is shown until it matches, or until no process writes there any more."""
     shown = b""
-    while not re.search(until, shown):
+    while until is None or not re.search(until, shown):
+        assert select.select([reader], [], [], 60.0)[0], shown
         try:
             data = os.read(reader, 1000)
         except OSError:  # how Linux says that the terminal has no more writers
@@ -629,15 +634,17 @@ def test_ctrl_c_ends_long_work(tmp_path, work):
     for name in ("x.exr", "x.npz"):
         (tmp_path / name).write_bytes(b"old")
     reader, terminal = pty.openpty()
-    with spawn(
-        *LONG[work].split(), cwd=tmp_path, stderr=terminal, env={"COLUMNS": "80"}
-    ) as process:
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    process = spawn(*LONG[work].split(), cwd=tmp_path, stderr=terminal)
+    try:
         os.close(terminal)
-        shown = read_terminal(reader, until=rb"ing: +0%")  # the bar: work has begun
+        shown = read_terminal(reader, until=rb" [1-9][0-9]*/[0-9]")  # rows that are done
         process.send_signal(signal.SIGINT)
         shown += read_terminal(reader)
         out, _ = process.communicate(timeout=60)
-    os.close(reader)
+    finally:
+        process.kill()
+        os.close(reader)
     assert process.returncode == 130
     assert out == ""
     assert b"Traceback" not in shown
@@ -862,7 +869,7 @@ def directly(
 
 @pytest.mark.parametrize("component", ["perpendicular", "parallel"])
 def test_exported_values(exported, component):
-    """Airy's function averaged over the disc, both bows; 1e-3 of the peak is twice the worst."""
+    """Airy's function averaged over the disc, both bows; 7.0e-4 of the peak off at worst."""
     disc_rad = np.radians(0.5 * 0.533)
     with np.load(exported / "t.npz", allow_pickle=False) as table:
         theta, values = table["theta_rad"], table[component]
