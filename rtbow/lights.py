@@ -8,6 +8,7 @@ import numpy as np
 
 from rtbow.arrays import Array
 from rtbow.camera import direction
+from rtbow.errors import InputError
 from rtbow.scene import Scene, SunLight
 from rtbow.spectrum import E490, Spectrum, load_spectrum
 
@@ -49,4 +50,10 @@ def suns(scene: Scene) -> tuple[Sun, ...]:
     Raises:
         InputError: a spectrum is unknown or its file unusable.
     """
-    return tuple(_sun(light) for light in scene.light)
+    found = []
+    for number, light in enumerate(scene.light):
+        try:
+            found.append(_sun(light))
+        except InputError as error:
+            raise InputError(f"{scene.source_name}: light.{number}.spectrum: {error}") from None
+    return tuple(found)

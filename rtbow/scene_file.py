@@ -56,10 +56,10 @@ def scene_from_text(
         InputError: no valid TOML, or values that are not allowed.
     """
     data = _parse_toml(text, name)
-    _resolve_paths(data, folder or Path.cwd())
+    _resolve_paths(data, folder or Path())
     changes = {str(key): _plain(value) for key, value in (overrides or {}).items()}
     _apply_overrides(data, changes)
-    _resolve_paths(data, Path.cwd())  # paths of the file are absolute by now
+    _resolve_paths(data, Path())  # paths of the file are absolute by now
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
@@ -122,6 +122,8 @@ def _find_scene(name: str) -> Path:
     scenes = builtin_scenes()
     if name in scenes:
         return scenes[name]
+    if os.path.isdir(name):
+        raise InputError(f"{name} is a folder; name a .toml file in it, or a built-in scene")
     near = difflib.get_close_matches(name, scenes, n=3, cutoff=0.5)
     message = f"there is no built-in scene named {toml_text(name)}; "
     if near:
@@ -129,9 +131,9 @@ def _find_scene(name: str) -> Path:
     else:
         message += f"the built-in scenes are {', '.join(scenes)}"
     if os.path.isfile(f"{name}.toml"):
-        message += f" To read your own file, write {name}.toml"
+        message += f". To read your own file, write {name}.toml"
     elif os.path.isfile(name):
-        message += f" The file {name} can be read once its name ends with .toml"
+        message += f". The file {name} can be read once its name ends with .toml"
     raise InputError(message)
 
 

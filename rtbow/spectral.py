@@ -158,12 +158,22 @@ class SpectralPass:
                 f"droplet grid {volume.shape}; this GL device ({self._gl.renderer}) takes up to"
                 f" {limits.texture_3d} points a side; use a coarser volume"
             )
+        if self._loops_per_step(optics) > _LOOP_BUDGET:
+            raise InputError(
+                f"{len(optics.suns)} lights at {len(optics.wavelength_nm)} wavelengths are more"
+                " than a shader's loops hold; use fewer lights, a larger"
+                " render.wavelength_step_nm, or --method reference"
+            )
         if len(optics.wavelength_nm) > limits.texture_2d:
             raise InputError(
                 f"render.wavelength_step_nm = {self._scene.render.wavelength_step_nm:g}; gives"
                 f" {len(optics.wavelength_nm)} wavelengths, this GL device takes up to"
                 f" {limits.texture_2d}; use a larger step"
             )
+
+    @staticmethod
+    def _loops_per_step(optics: Optics) -> int:
+        return 2 + len(optics.suns) * len(optics.wavelength_nm) * (1 + len(optics.bows))
 
     def _texture(self, data: Float32, channels: int, *, linear: bool) -> moderngl.Texture:
         rows, columns = data.shape[:2]
@@ -220,8 +230,7 @@ class SpectralPass:
         self._set("airPerMetre", rates.air_per_metre)
         self._set("fixedSteps", steps or 0)
         self._steps = min(steps or most_steps(rates, volume), _MAX_STEPS)
-        wavelength_loops = len(optics.wavelength_nm) * (1 + len(optics.bows))
-        self._steps_per_pass = max(1, _LOOP_BUDGET // (2 + len(optics.suns) * wavelength_loops))
+        self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
         directions = [tuple(sun.direction) for sun in optics.suns]
         shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]
         # moderngl takes a single value, not a list, for an array of one.
@@ -268,7 +277,7 @@ def _strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:
     Yields the first row and the number of rows; ``progress`` sees every row once.
     """
     rows = iter(progress(range(height)))
-    first, count = 0, min(height, 4)
+    first, count = 0, 1
     while first < height:
         begun = time.perf_counter()
         yield first, count

@@ -174,3 +174,16 @@ def test_only_what_is_public_is_offered():
         assert getattr(rtbow, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = rtbow.nothing
+
+
+def test_more_lights_than_a_shaders_loops_hold_are_refused():
+    # Mesa's CPU driver would end the loops early and give a wrong frame without a word.
+    suns = [{"altitude_deg": 20.0}] * 8
+    scene = rtbow.load_scene(
+        "uniform", {"light": suns, "render.wavelength_step_nm": 0.1, "camera.size_px": [4, 4]}
+    )
+    with (
+        rtbow.Renderer(scene, "osmesa") as renderer,
+        pytest.raises(rtbow.InputError, match=r"8 lights at 4001 wavelengths.*larger"),
+    ):
+        renderer.render("spectral")
