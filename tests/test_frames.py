@@ -161,7 +161,7 @@ def test_every_shape_of_the_shader(
     frame, exact = render(scene, backend), reference(scene)
     save_failure("shape", frame, exact)
     assert exact.max() > 0.0
-    # Worst 2.6e-3, on the grid: two samples per cell.
+    # Worst 2.6e-3, on the grid: the samples in a cell are few.
     assert deviation(frame, exact).max() < 3.5e-3
 
 
