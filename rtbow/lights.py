@@ -8,8 +8,12 @@ import numpy as np
 
 from rtbow.arrays import Array
 from rtbow.camera import direction
-from rtbow.scene import Scene, SunLight
-from rtbow.spectrum import E490, Spectrum, load_spectrum
+from rtbow.scene import PointLight, Scene, SunLight
+from rtbow.spectrum import E490, Spectrum, load_spectrum, luminous
+
+NEAREST_M = 1e-3
+"""Rays pass the centre of a point lamp no nearer than this: on the line itself the integral of
+1/d² has no limit. A lamp with a diameter needs no such guard, since no drops are inside it."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,21 @@ class Sun:
     spectrum: Spectrum
 
 
+@dataclass(frozen=True)
+class Lamp:
+    """A glowing sphere that radiates equally in all directions.
+
+    Attributes:
+        position_m: its centre (3,): east, north, up.
+        radius_m: half its diameter, 0 for a point.
+        spectrum: spectral radiant intensity, W sr⁻¹ nm⁻¹.
+    """
+
+    position_m: Array
+    radius_m: float
+    spectrum: Spectrum
+
+
 def _sun(light: SunLight) -> Sun:
     spectrum = load_spectrum(light.spectrum)
     if light.irradiance_w_m2 is not None:
@@ -43,10 +62,30 @@ def _sun(light: SunLight) -> Sun:
     )
 
 
+def _lamp(light: PointLight) -> Lamp:
+    spectrum = load_spectrum(light.spectrum)
+    # The flux leaves into 4 pi: intensity is the flux's spectrum over that.
+    watts = spectrum.visible * light.luminous_flux_lm / luminous(spectrum)
+    return Lamp(
+        position_m=np.array(light.position_m),
+        radius_m=0.5 * light.diameter_m,
+        spectrum=spectrum.scaled(watts / (4.0 * np.pi)),
+    )
+
+
 def suns(scene: Scene) -> tuple[Sun, ...]:
     """Give the scene's suns.
 
     Raises:
         InputError: a spectrum is unknown or its file unusable.
     """
-    return tuple(_sun(light) for light in scene.light)
+    return tuple(_sun(light) for light in scene.light if isinstance(light, SunLight))
+
+
+def lamps(scene: Scene) -> tuple[Lamp, ...]:
+    """Give the scene's lamps.
+
+    Raises:
+        InputError: a spectrum is unknown or its file unusable.
+    """
+    return tuple(_lamp(light) for light in scene.light if isinstance(light, PointLight))

@@ -9,29 +9,30 @@ from numba import njit, prange
 
 from rtbow.arrays import Array, Indices
 
-_GRID_LOW, _GRID_HIGH, _PER_UNIT = -14.0, 34.0, 128
+AIRY_LOW, AIRY_HIGH, AIRY_PER_UNIT = -14.0, 34.0, 128
+"""Range in z and density of the grids on which Airy's functions are stepped."""
 
 
 @lru_cache(maxsize=1)
-def _airy_grid() -> Array:
+def airy_grid() -> Array:
     """Values and slopes of Ai²(-z) on a fine grid, from scipy: (n, 2)."""
     from scipy.special import airy
 
-    z = np.linspace(_GRID_LOW, _GRID_HIGH, int((_GRID_HIGH - _GRID_LOW) * _PER_UNIT) + 1)
+    z = np.linspace(AIRY_LOW, AIRY_HIGH, int((AIRY_HIGH - AIRY_LOW) * AIRY_PER_UNIT) + 1)
     value, slope = airy(-z)[:2]
     return np.ascontiguousarray(np.stack([value**2, -2.0 * value * slope], axis=1))
 
 
 @njit(cache=True, inline="always")
-def _airy_squared(z: float, grid: Array) -> float:
+def airy_squared_at(z: float, grid: Array) -> float:
     """Ai²(-z) to 1e-7 of its peak or better everywhere.
 
     Cubic Hermite steps of 1/128 up to z = 34, whose error is h⁴/384 times the fourth derivative;
     beyond, modulus and phase of Abramowitz and Stegun 10.4.78-79.
     """
-    if z < _GRID_LOW:
+    if z < AIRY_LOW:
         return 0.0
-    if z >= _GRID_HIGH - 0.01:
+    if z >= AIRY_HIGH - 0.01:
         root = np.sqrt(z)
         cubed = 1.0 / (z * z * z)
         modulus = (1.0 - 5.0 / 32.0 * cubed) / (np.pi * root)
@@ -39,17 +40,17 @@ def _airy_squared(z: float, grid: Array) -> float:
             1.0 - 5.0 / 32.0 * cubed + 1105.0 / 6144.0 * cubed * cubed
         )
         return float(modulus * np.sin(phase) ** 2)
-    at = (z - _GRID_LOW) * _PER_UNIT
+    at = (z - AIRY_LOW) * AIRY_PER_UNIT
     k = int(at)
     f = at - k
     g = 1.0 - f
-    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / _PER_UNIT
-    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / _PER_UNIT
+    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
+    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
     return float(g * g * left + f * f * right)
 
 
 @njit(cache=True)
-def _cuts(
+def cut_ray(
     origin: Array, ray: Array, entry: float, leave: float, box: Array, counts: Array, longest: float
 ) -> Array:
     """Distances at which a ray is cut: its ends, the grid's planes, and pieces <= longest."""
@@ -74,7 +75,7 @@ def _cuts(
 
 
 @njit(cache=True)
-def _interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
+def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
     """Trilinear density and density · radius at a point of the box."""
     nz, ny, nx = moments.shape[:3]
     index = np.zeros(3, dtype=np.int64)
@@ -135,12 +136,12 @@ def sample_rays(
     distance, weight, radius = [0.0], [0.0], [0.0]
     for pixel in range(len(rays)):
         if entry[pixel] < leave[pixel]:
-            cuts = _cuts(origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest)
+            cuts = cut_ray(origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest)
             for k in range(len(cuts) - 1):
                 half = 0.5 * (cuts[k + 1] - cuts[k])
                 for j in range(len(nodes)):
                     t = cuts[k] + half * (1.0 + nodes[j])
-                    density, product = _interpolate(origin + t * rays[pixel], box, moments)
+                    density, product = interpolate(origin + t * rays[pixel], box, moments)
                     if density > 0.0:
                         distance.append(t)
                         weight.append(density * half * gauss[j])
@@ -183,7 +184,7 @@ def _integrate(
                         mean = 0.0
                         for j in range(disc_start[pixel], disc_start[pixel + 1]):
                             z = scale * sides[b] * (disc_angle[j] - angle)
-                            mean += disc_weight[j] * _airy_squared(z, grid)
+                            mean += disc_weight[j] * airy_squared_at(z, grid)
                         section += strength * radius_strength[k] * mean
                 radiance += weight[k] * section * np.exp(-air_depth[w] * column[k])
             for c in range(3):
@@ -227,6 +228,6 @@ def integrate_spectrum(
     return np.asarray(
         _integrate(
             start, weight, radius_scale, radius_strength, column, disc_start, disc_angle,
-            disc_weight, bows, sides, air_depth, colour, _airy_grid(),
+            disc_weight, bows, sides, air_depth, colour, airy_grid(),
         )
     )  # fmt: skip

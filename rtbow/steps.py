@@ -41,6 +41,18 @@ def most_steps(rates: StepRates, volume: DropletVolume) -> int:
     return int(np.ceil(max(across, rates.air_per_metre * float(np.linalg.norm(extent))))) + 1
 
 
+LAMP_STEPS = 32
+"""Least steps in angle along a ray that a lamp lights: within 1 % of the limit in a smooth volume,
+exact in a uniform one but for the lamp's apparent size, which changes along the ray."""
+
+
+def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
+    """Give the steps in angle for a lamp's light, even, for an unset ``render.steps``."""
+    extent = volume.box_m[1] - volume.box_m[0]
+    across = float(np.max(rates.cells_per_metre * extent))
+    return max(LAMP_STEPS, 2 * int(np.ceil(0.5 * across)))
+
+
 def step_rates(volume: DropletVolume, optics: Optics) -> StepRates:
     """Compute the rates for a volume and its air."""
     points = np.array(volume.shape)
