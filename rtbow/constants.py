@@ -13,6 +13,11 @@ EARTH_RADIUS_M = 6_371_000.0
 SCALE_HEIGHT_M = 7994.0
 """Scale height H0 of the exponential atmosphere (Fujiwara et al., section 5.2.1)."""
 
+MAX_DENSITY_PER_M3 = 1e12
+"""Number densities accepted anywhere; the densest fog has some 1e9."""
+MAX_GRID_POINTS = 512**3
+"""Points of a volume: two float32 moments of each are 1 GiB."""
+
 MIN_RADIUS_UM = 1.0
 MAX_RADIUS_UM = 5000.0
 """Drop radii accepted anywhere, µm; raindrops break up well before the upper end."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from rtbow.arrays import Array
 from rtbow.camera import direction
+from rtbow.errors import InputError
 from rtbow.scene import PointLight, Scene, SunLight
 from rtbow.spectrum import E490, Spectrum, load_spectrum, luminous
 
@@ -73,13 +75,21 @@ def _lamp(light: PointLight) -> Lamp:
     )
 
 
+def _resolved(scene: Scene) -> Iterator[Sun | Lamp]:
+    for number, light in enumerate(scene.light):
+        try:
+            yield _sun(light) if isinstance(light, SunLight) else _lamp(light)
+        except InputError as error:
+            raise InputError(f"{scene.source_name}: light.{number}.spectrum: {error}") from None
+
+
 def suns(scene: Scene) -> tuple[Sun, ...]:
     """Give the scene's suns.
 
     Raises:
         InputError: a spectrum is unknown or its file unusable.
     """
-    return tuple(_sun(light) for light in scene.light if isinstance(light, SunLight))
+    return tuple(light for light in _resolved(scene) if isinstance(light, Sun))
 
 
 def lamps(scene: Scene) -> tuple[Lamp, ...]:
@@ -88,4 +98,4 @@ def lamps(scene: Scene) -> tuple[Lamp, ...]:
     Raises:
         InputError: a spectrum is unknown or its file unusable.
     """
-    return tuple(_lamp(light) for light in scene.light if isinstance(light, PointLight))
+    return tuple(light for light in _resolved(scene) if isinstance(light, Lamp))

@@ -22,7 +22,13 @@ from pydantic import (
 from pydantic.config import JsonDict
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
+from rtbow.constants import (
+    MAX_DENSITY_PER_M3,
+    MAX_GRID_POINTS,
+    MAX_RADIUS_UM,
+    MIN_RADIUS_UM,
+    VISIBLE_NM,
+)
 
 AXES = ("east", "north", "up")
 _DRAWN = "how radii are drawn at the grid points"
@@ -125,6 +131,7 @@ class SunLight(Table):
     irradiance_w_m2: float | None = Field(
         None,
         gt=0,
+        le=1e12,
         description="irradiance over 380-780 nm above the air, facing the light; "
         "left out: the 654.95 of E490",
         json_schema_extra=_unit("W/m²"),
@@ -225,12 +232,14 @@ class Density(Table):
     number_per_m3: float | None = Field(
         None,
         ge=0,
+        le=MAX_DENSITY_PER_M3,
         description="drops in a cubic metre; every distribution but marshall-palmer",
         json_schema_extra=_unit("1/m³"),
     )
     rain_rate_mm_h: float | None = Field(
         None,
         gt=0,
+        le=1000,
         description="rain rate, from which the density follows; with marshall-palmer",
         json_schema_extra=_unit("mm/h"),
     )
@@ -279,6 +288,16 @@ class Droplets(Table):
                 "the rain's own attenuation is not available in this version; must be false"
             )
         return value
+
+    @field_validator("grid")
+    @classmethod
+    def _grid_fits_memory(cls, grid: Grid | None) -> Grid | None:
+        if grid is not None and math.prod(grid) > MAX_GRID_POINTS:
+            raise refused(
+                f"has {math.prod(grid):,} points; must have up to {MAX_GRID_POINTS:,}, "
+                "such as [512, 512, 512]"
+            )
+        return grid
 
     @field_validator("box_m")
     @classmethod

@@ -56,10 +56,10 @@ def scene_from_text(
         InputError: no valid TOML, or values that are not allowed.
     """
     data = _parse_toml(text, name)
-    _resolve_paths(data, folder or Path.cwd())
+    _resolve_paths(data, folder or Path())
     changes = {str(key): _plain(value) for key, value in (overrides or {}).items()}
     _apply_overrides(data, changes)
-    _resolve_paths(data, Path.cwd())  # paths of the file are absolute by now
+    _resolve_paths(data, Path())  # paths of the file are absolute by now
     scene = _validated(data, name, changes)
     if scene.compare is not None:
         scene = scene.with_right(_right_part(scene, data, name))
@@ -92,7 +92,7 @@ def _right_part(scene: Scene, data: dict[str, Any], name: str) -> Scene:
     rest = _plain({key: value for key, value in data.items() if key != "compare"})
     try:
         _apply_overrides(rest, changes)
-        _resolve_paths(rest, Path.cwd())
+        _resolve_paths(rest, Path())
         return _validated(rest, name, changes)
     except InputError as error:
         # The keys were typed in compare.right, not after --set.
@@ -162,6 +162,8 @@ def _find_scene(name: str) -> Path:
     scenes = builtin_scenes()
     if name in scenes:
         return scenes[name]
+    if os.path.isdir(name):
+        raise InputError(f"{name} is a folder; name a .toml file in it, or a built-in scene")
     near = difflib.get_close_matches(name, scenes, n=3, cutoff=0.5)
     message = f"there is no built-in scene named {toml_text(name)}; "
     if near:
@@ -169,9 +171,9 @@ def _find_scene(name: str) -> Path:
     else:
         message += f"the built-in scenes are {', '.join(scenes)}"
     if os.path.isfile(f"{name}.toml"):
-        message += f" To read your own file, write {name}.toml"
+        message += f". To read your own file, write {name}.toml"
     elif os.path.isfile(name):
-        message += f" The file {name} can be read once its name ends with .toml"
+        message += f". The file {name} can be read once its name ends with .toml"
     raise InputError(message)
 
 

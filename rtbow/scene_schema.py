@@ -213,4 +213,4 @@ def one_of(values: tuple[object, ...]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:g}".replace("e+0", "e")
+    return f"{value:g}".replace("e+0", "e").replace("e+", "e")

@@ -163,12 +163,23 @@ class SpectralPass:
                 f"droplet grid {volume.shape}; this GL device ({self._gl.renderer}) takes up to"
                 f" {limits.texture_3d} points a side; use a coarser volume"
             )
+        if self._loops_per_step(optics) > _LOOP_BUDGET:
+            raise InputError(
+                f"{len(self._scene.light)} lights at {len(optics.wavelength_nm)} wavelengths are more"
+                " than a shader's loops hold; use fewer lights, a larger"
+                " render.wavelength_step_nm, or --method reference"
+            )
         if len(optics.wavelength_nm) > limits.texture_2d:
             raise InputError(
                 f"render.wavelength_step_nm = {self._scene.render.wavelength_step_nm:g}; gives"
                 f" {len(optics.wavelength_nm)} wavelengths, this GL device takes up to"
                 f" {limits.texture_2d}; use a larger step"
             )
+
+    @staticmethod
+    def _loops_per_step(optics: Optics) -> int:
+        lights = len(optics.suns) + len(optics.lamps)
+        return 2 + lights * len(optics.wavelength_nm) * (1 + len(optics.bows))
 
     def _texture(self, data: Float32, channels: int, *, linear: bool) -> moderngl.Texture:
         rows, columns = data.shape[:2]
@@ -231,9 +242,7 @@ class SpectralPass:
         self._set("airPerMetre", rates.air_per_metre)
         self._set("fixedSteps", steps or 0)
         self._steps = min(steps or most_steps(rates, volume), _MAX_STEPS)
-        lights = len(optics.suns) + len(optics.lamps)
-        wavelength_loops = len(optics.wavelength_nm) * (1 + len(optics.bows))
-        self._steps_per_pass = max(1, _LOOP_BUDGET // (2 + lights * wavelength_loops))
+        self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
         if optics.lamps:
             # Each stretch of a ray gets its half of an even number.
             count = steps or lamp_steps(rates, volume)
@@ -287,7 +296,7 @@ def _strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:
     Yields the first row and the number of rows; ``progress`` sees every row once.
     """
     rows = iter(progress(range(height)))
-    first, count = 0, min(height, 4)
+    first, count = 0, 1
     while first < height:
         begun = time.perf_counter()
         yield first, count

@@ -222,6 +222,11 @@ def _read_csv(path: Path) -> Spectrum:
         )
     table = np.array(points)
     spectrum = Spectrum(path.name, table[:, 0], table[:, 1])
+    if spectrum.visible and not 1e-30 < spectrum.visible < 1e30:
+        raise InputError(
+            f"{path}: integrates to {spectrum.visible:.1e} over the visible; scale the values to"
+            " between 1e-30 and 1e30 (a light's strength is set in the scene)"
+        )
     if not spectrum.visible > 0.0:
         raise InputError(
             f"{path}: is zero over {VISIBLE_NM[0]:g}-{VISIBLE_NM[1]:g} nm; give a light"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.arrays import Array
-from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM
+from rtbow.constants import MAX_DENSITY_PER_M3, MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.drops import draw_drops
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
@@ -181,8 +181,11 @@ def load_volume(path: Path) -> DropletVolume:
     with np.errstate(over="ignore"):  # told below
         radius = radius.astype(np.float32)
         number = number.astype(np.float32)
-    if not np.all(np.isfinite(number)) or np.any(number < 0.0):
-        raise InputError(f"{path}: number_per_m3 has negative or non-finite values; must be >= 0")
+    if not np.all((number >= 0.0) & (number <= MAX_DENSITY_PER_M3)):
+        raise InputError(
+            f"{path}: number_per_m3 has values that are negative, not finite or beyond"
+            f" {MAX_DENSITY_PER_M3:g}; must be 0..{MAX_DENSITY_PER_M3:g}"
+        )
     # Where there are no drops their radius means nothing, but a NaN would still spread.
     filled = number > 0.0
     outside = (radius < MIN_RADIUS_UM) | (radius > MAX_RADIUS_UM)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import pickle
 import pty
 import re
 import resource
+import select
 import shlex
 import signal
+import struct
 import subprocess
 import sys
+import termios
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,7 +120,7 @@ def test_both_files_say_how_they_were_made(call, tmp_path):
     assert texts["command"] == shlex.join(["rtbow", *args])
     assert texts["rtbowVersion"] == __version__
     assert texts["method"] == "spectral"
-    assert "llvmpipe" in texts["renderer"] or texts["renderer"]
+    assert texts["renderer"] not in ("", "CPU, float64")
     # The scene's text makes the same frame again.
     assert texts["scene"] == f"{UNIFORM}# --set camera.size_px=[32, 18]\n"
 
@@ -250,7 +254,7 @@ WRONG_ARGUMENTS = [
     (("uniform.toml",), "uniform.toml: there is no such file", "without .toml"),
     (("missing.toml",), "missing.toml: there is no such file; check the path"),
     (("",), 'named ""'),
-    ((".",), 'named "."'),
+    ((".",), 'is a folder'),
     (("folder.toml",), "folder.toml: is a folder; name a scene file in it"),
     (("uniform", "shower"), "unexpected extra argument (shower)", "rtbow render --help"),
     (("uniform", "--ouput", "y.exr"), "--ouput", "--output"),
@@ -304,7 +308,9 @@ WRONG_SETTINGS = [
     ("droplets.radius.radius_um=1e999", "radius_um = inf", "1..5000"),
     ("droplets.radius.radius_um=-3", "radius_um = -3", "1..5000"),
     ("droplets.radius.radius_um=0", "radius_um = 0", "1..5000"),
-    ("droplets.density.number_per_m3=-1", "number_per_m3 = -1", "0 or more"),
+    ("droplets.density.number_per_m3=-1", "number_per_m3 = -1", "0..1e12"),
+    ("droplets.density.number_per_m3=1e36", "number_per_m3 = 1e+36", "0..1e12"),
+    ("droplets.grid=[1024, 1024, 1024]", "has 1,073,741,824 points", "[512, 512, 512]"),
     ("droplets.box_m=[[0, 0, 0], [1, 1, -1]]", "turned inside out along up (0 to -1)"),
     ("droplets.box_m=[[0, 0, 0], [1, 0, 1]]", "flat along north (0 to 0)"),
     ("droplets.grid=[1, 2, 2]", "droplets.grid.0 = 1", "2..1024"),
@@ -406,9 +412,9 @@ WRONG_VOLUMES = [
     ({"radius_um": None, "box_m": None}, "lacks radius_um, box_m"),
     ({"number_per_m3": POINTS[:2]}, "(3, 3, 3)", "(2, 3, 3)"),
     ({"radius_um": HOLED}, "radius_um must be finite"),
-    ({"number_per_m3": HOLED}, "number_per_m3 has negative or non-finite values"),
-    ({"number_per_m3": -POINTS}, "number_per_m3 has negative or non-finite values"),
-    ({"number_per_m3": 1e40 * POINTS.astype("f8")}, "non-finite values"),
+    ({"number_per_m3": HOLED}, "number_per_m3 has values that are negative, not finite or beyond"),
+    ({"number_per_m3": -POINTS}, "number_per_m3 has values that are negative, not finite or beyond"),
+    ({"number_per_m3": 1e40 * POINTS.astype("f8")}, "not finite or beyond"),
     ({"radius_um": 0.0 * POINTS}, "1-5000 µm"),
     ({"radius_um": POINTS[:1], "number_per_m3": POINTS[:1]}, "(1, 3, 3)"),
     ({"box_m": VOLUME["box_m"][::-1]}, "box_m", "second greater"),
@@ -610,10 +616,11 @@ LONG = {
 }
 
 
-def read_terminal(reader: int, until: bytes = b"$never") -> bytes:
-    """Read what is shown until it matches, or until the process has ended."""
+def read_terminal(reader: int, until: bytes | None = None) -> bytes:
+    """Read what is shown until it matches, or until no process writes there any more."""
     shown = b""
-    while not re.search(until, shown):
+    while until is None or not re.search(until, shown):
+        assert select.select([reader], [], [], 60.0)[0], shown
         try:
             data = os.read(reader, 1000)
         except OSError:  # how Linux says that the terminal has no more writers
@@ -629,15 +636,17 @@ def test_ctrl_c_ends_long_work(tmp_path, work):
     for name in ("x.exr", "x.npz"):
         (tmp_path / name).write_bytes(b"old")
     reader, terminal = pty.openpty()
-    with spawn(
-        *LONG[work].split(), cwd=tmp_path, stderr=terminal, env={"COLUMNS": "80"}
-    ) as process:
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    process = spawn(*LONG[work].split(), cwd=tmp_path, stderr=terminal)
+    try:
         os.close(terminal)
-        shown = read_terminal(reader, until=rb"ing: +0%")  # the bar: work has begun
+        shown = read_terminal(reader, until=rb" [1-9][0-9]*/[0-9]")  # rows that are done
         process.send_signal(signal.SIGINT)
         shown += read_terminal(reader)
         out, _ = process.communicate(timeout=60)
-    os.close(reader)
+    finally:
+        process.kill()
+        os.close(reader)
     assert process.returncode == 130
     assert out == ""
     assert b"Traceback" not in shown
@@ -862,7 +871,7 @@ def directly(
 
 @pytest.mark.parametrize("component", ["perpendicular", "parallel"])
 def test_exported_values(exported, component):
-    """Airy's function averaged over the disc, both bows; 1e-3 of the peak is twice the worst."""
+    """Airy's function averaged over the disc, both bows; 7.0e-4 of the peak off at worst."""
     disc_rad = np.radians(0.5 * 0.533)
     with np.load(exported / "t.npz", allow_pickle=False) as table:
         theta, values = table["theta_rad"], table[component]

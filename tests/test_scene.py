@@ -123,7 +123,7 @@ def test_steps_that_divide_the_range_are_allowed(step):
 
 @pytest.mark.parametrize(
     ("step", "neighbours"),
-    [(3, "2.5 and 3.125"), (7, "6.25 and 8"), (39, "25 and 40"), (0.051, "0.05 and 0.0512")],
+    [(3, "2.5 and 3.125"), (7, "6.25 and 8"), (39, "25 and 40"), (0.051, "0.05 and 0.0625")],
 )
 def test_other_steps_name_neighbours_that_are_themselves_allowed(step, neighbours):
     with pytest.raises(ValidationError, match=f"as {neighbours} do"):
@@ -231,7 +231,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         ("camera", "fov_deg", "a number, greater than 0 and less than 180"),
         ("camera", "size_px", "a list of 2 whole numbers, each 1..16384"),
         ("camera", "azimuth_deg", "a number"),
-        ("light.0", "irradiance_w_m2", "a number, greater than 0"),
+        ("light.0", "irradiance_w_m2", "a number, greater than 0 and up to 1e12"),
         ("light.0", "spectrum", "text in quotes"),
         ("droplets", "seed", "a whole number, 0 or more"),
         ("droplets", "box_m", "a list of 2 lists of 3 numbers, each -1e7..1e7"),

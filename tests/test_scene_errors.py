@@ -79,7 +79,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "altitude_deg = 20.0",
             "irradiance_w_m2 = 0",
-            "light.0.irradiance_w_m2 = 0; must be greater than 0",
+            "light.0.irradiance_w_m2 = 0; must be greater than 0 and up to 1e12",
         ),
         (
             "altitude_deg = 20.0",
@@ -162,7 +162,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "number_per_m3 = 1000.0",
             "number_per_m3 = -1",
-            "droplets.density.number_per_m3 = -1; must be 0 or more",
+            "droplets.density.number_per_m3 = -1; must be 0..1e12",
         ),
         (
             "number_per_m3 = 1000.0",
