@@ -10,6 +10,7 @@ measured against, so it shares with them only the scene, the spectra and the opt
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,9 +27,8 @@ from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
 from rtbow.scene import Scene
 from rtbow.volume import DropletVolume, build_volume
 
-_NODES_PER_CELL = 3
-"""Gauss-Legendre nodes between two cuts: exact for polynomials of degree 5, while density times
-radius is of degree 3 along a ray."""
+_MOST_NODES = 24
+"""Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""
 _AIR_CELL_M = 200.0
 """Longest piece of a ray in air: attenuation over it is a polynomial of degree 5 to 1e-12."""
 _LAMP_PIECE_RAD = 0.01
@@ -55,15 +55,23 @@ class _Samples:
     radius_m: Array
 
 
+@lru_cache(maxsize=1)
+def _gauss_rules() -> Array:
+    """Gauss-Legendre rules of 1 to ``_MOST_NODES`` nodes: (rules, 2, nodes), padded with zeros."""
+    rules = np.zeros((_MOST_NODES, 2, _MOST_NODES))
+    for n in range(1, _MOST_NODES + 1):
+        rules[n - 1, :, :n] = np.polynomial.legendre.leggauss(n)
+    return rules
+
+
 def _sample_row(
     origin: Array, rays: Array, volume: DropletVolume, moments: Array, has_air: bool
 ) -> _Samples:
     entry, leave = box_span(origin, rays, volume.box_m)
-    nodes, gauss = np.polynomial.legendre.leggauss(_NODES_PER_CELL)
     # Without air and without a grid the integrand is constant along the ray.
     longest = _AIR_CELL_M if has_air else np.inf
     start, distance, weight, radius = sample_rays(
-        origin, rays, entry, leave, volume.box_m, moments, longest, nodes, gauss
+        origin, rays, entry, leave, volume.box_m, moments, longest, _gauss_rules()
     )
     return _Samples(start, distance, weight, radius)
 

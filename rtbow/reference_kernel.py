@@ -13,6 +13,9 @@ AIRY_LOW, AIRY_HIGH, AIRY_PER_UNIT = -14.0, 34.0, 128
 """Range in z and density of the grids on which Airy's functions are stepped."""
 
 
+NODES_PER_LOG_RADIUS = 10.0
+
+
 @lru_cache(maxsize=1)
 def airy_grid() -> Array:
     """Values and slopes of Ai²(-z) on a fine grid, from scipy: (n, 2)."""
@@ -103,6 +106,26 @@ def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]
 
 
 @njit(cache=True)
+def _nodes_for(
+    origin: Array, ray: Array, start: float, end: float, box: Array, moments: Array
+) -> int:
+    """Nodes for a piece of a ray: 3 where drops are of a size, more where the radius changes.
+
+    Density times radius is a cubic along a ray, which 2 nodes integrate; the fringes that the
+    cross-section shows between a small and a large radius are what asks for more.
+    """
+    least, most = np.inf, 0.0
+    for share in (0.0, 0.5, 1.0):
+        at = origin + (start + share * (end - start)) * ray
+        density, product = interpolate(at, box, moments)
+        if density > 0.0:
+            least, most = min(least, product / density), max(most, product / density)
+    if most <= least:
+        return 3
+    return 3 + int(np.ceil(NODES_PER_LOG_RADIUS * np.log(most / least)))
+
+
+@njit(cache=True)
 def sample_rays(
     origin: Array,
     rays: Array,
@@ -111,8 +134,7 @@ def sample_rays(
     box: Array,
     moments: Array,
     longest: float,
-    nodes: Array,
-    gauss: Array,
+    rules: Array,
 ) -> tuple[Indices, Array, Array, Array]:
     """Place Gauss-Legendre samples between the cuts of each ray, where there are drops.
 
@@ -124,8 +146,7 @@ def sample_rays(
         box: corners (2, 3), m.
         moments: density and density · radius, (nz, ny, nx, 2).
         longest: longest piece, m.
-        nodes: Gauss-Legendre nodes on -1..1.
-        gauss: their weights.
+        rules: Gauss-Legendre nodes on -1..1 and weights (most, 2, most); rule n has n + 1 nodes.
 
     Returns:
         First sample of each ray (n + 1,), and per sample the distance [m], density times length
@@ -139,12 +160,14 @@ def sample_rays(
             cuts = cut_ray(origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest)
             for k in range(len(cuts) - 1):
                 half = 0.5 * (cuts[k + 1] - cuts[k])
-                for j in range(len(nodes)):
-                    t = cuts[k] + half * (1.0 + nodes[j])
+                count = _nodes_for(origin, rays[pixel], cuts[k], cuts[k + 1], box, moments)
+                count = min(count, len(rules))
+                for j in range(count):
+                    t = cuts[k] + half * (1.0 + rules[count - 1, 0, j])
                     density, product = interpolate(origin + t * rays[pixel], box, moments)
                     if density > 0.0:
                         distance.append(t)
-                        weight.append(density * half * gauss[j])
+                        weight.append(density * half * rules[count - 1, 1, j])
                         radius.append(product / density)
         start[pixel + 1] = len(distance) - 1
     return start, np.array(distance)[1:], np.array(weight)[1:], np.array(radius)[1:]

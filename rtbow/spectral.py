@@ -165,8 +165,8 @@ class SpectralPass:
             )
         if self._loops_per_step(optics) > _LOOP_BUDGET:
             raise InputError(
-                f"{len(self._scene.light)} lights at {len(optics.wavelength_nm)} wavelengths are more"
-                " than a shader's loops hold; use fewer lights, a larger"
+                f"{len(self._scene.light)} lights at {len(optics.wavelength_nm)} wavelengths are"
+                " more than a shader's loops hold; use fewer lights, a larger"
                 " render.wavelength_step_nm, or --method reference"
             )
         if len(optics.wavelength_nm) > limits.texture_2d:
