@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +10,12 @@ import numpy as np
 from rtbow.arrays import Array
 from rtbow.camera import direction
 from rtbow.errors import InputError
-from rtbow.scene import Scene, SunLight
-from rtbow.spectrum import E490, Spectrum, load_spectrum
+from rtbow.scene import PointLight, Scene, SunLight
+from rtbow.spectrum import E490, Spectrum, load_spectrum, luminous
+
+NEAREST_M = 1e-3
+"""Rays pass the centre of a point lamp no nearer than this: on the line itself the integral of
+1/d² has no limit. A lamp with a diameter needs no such guard, since no drops are inside it."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,21 @@ class Sun:
     spectrum: Spectrum
 
 
+@dataclass(frozen=True)
+class Lamp:
+    """A glowing sphere that radiates equally in all directions.
+
+    Attributes:
+        position_m: its centre (3,): east, north, up.
+        radius_m: half its diameter, 0 for a point.
+        spectrum: spectral radiant intensity, W sr⁻¹ nm⁻¹.
+    """
+
+    position_m: Array
+    radius_m: float
+    spectrum: Spectrum
+
+
 def _sun(light: SunLight) -> Sun:
     spectrum = load_spectrum(light.spectrum)
     if light.irradiance_w_m2 is not None:
@@ -44,16 +64,38 @@ def _sun(light: SunLight) -> Sun:
     )
 
 
+def _lamp(light: PointLight) -> Lamp:
+    spectrum = load_spectrum(light.spectrum)
+    # The flux leaves into 4 pi: intensity is the flux's spectrum over that.
+    watts = spectrum.visible * light.luminous_flux_lm / luminous(spectrum)
+    return Lamp(
+        position_m=np.array(light.position_m),
+        radius_m=0.5 * light.diameter_m,
+        spectrum=spectrum.scaled(watts / (4.0 * np.pi)),
+    )
+
+
+def _resolved(scene: Scene) -> Iterator[Sun | Lamp]:
+    for number, light in enumerate(scene.light):
+        try:
+            yield _sun(light) if isinstance(light, SunLight) else _lamp(light)
+        except InputError as error:
+            raise InputError(f"{scene.source_name}: light.{number}.spectrum: {error}") from None
+
+
 def suns(scene: Scene) -> tuple[Sun, ...]:
     """Give the scene's suns.
 
     Raises:
         InputError: a spectrum is unknown or its file unusable.
     """
-    found = []
-    for number, light in enumerate(scene.light):
-        try:
-            found.append(_sun(light))
-        except InputError as error:
-            raise InputError(f"{scene.source_name}: light.{number}.spectrum: {error}") from None
-    return tuple(found)
+    return tuple(light for light in _resolved(scene) if isinstance(light, Sun))
+
+
+def lamps(scene: Scene) -> tuple[Lamp, ...]:
+    """Give the scene's lamps.
+
+    Raises:
+        InputError: a spectrum is unknown or its file unusable.
+    """
+    return tuple(light for light in _resolved(scene) if isinstance(light, Lamp))

@@ -13,7 +13,7 @@ import numpy as np
 from rtbow.airy import Bow, bows
 from rtbow.arrays import Array
 from rtbow.atmosphere import rayleigh_depth
-from rtbow.lights import Sun, suns
+from rtbow.lights import Lamp, Sun, lamps, suns
 from rtbow.scene import Scene
 from rtbow.spectrum import colour_weights, wavelength_bins
 from rtbow.water import relative_index
@@ -27,16 +27,21 @@ class Optics:
         wavelength_nm: (W,).
         bows: the scene's bows.
         air_depth: vertical Rayleigh depth from sea level (W,), zeros without air.
-        suns: the lights.
-        weights: for each light, (W, 3) in lm/m²: a radiance per irradiance [sr⁻¹] summed with
+        suns: the lights at infinity.
+        sun_weights: for each sun, (W, 3) in lm/m²: a radiance per irradiance [sr⁻¹] summed with
             them gives X, Y, Z, with Y in cd/m².
+        lamps: the lights near by.
+        lamp_weights: for each lamp, (W, 3) in lm/sr, with which a radiance per radiant intensity
+            [m⁻²] does.
     """
 
     wavelength_nm: Array
     bows: tuple[Bow, ...]
     air_depth: Array
     suns: tuple[Sun, ...]
-    weights: tuple[Array, ...]
+    sun_weights: tuple[Array, ...]
+    lamps: tuple[Lamp, ...]
+    lamp_weights: tuple[Array, ...]
 
     @property
     def has_air(self) -> bool:
@@ -50,7 +55,7 @@ def scene_optics(scene: Scene) -> Optics:
     Raises:
         InputError: a light's spectrum is unknown or unusable.
     """
-    lights = suns(scene)
+    the_suns, the_lamps = suns(scene), lamps(scene)
     bins = wavelength_bins(scene.render.wavelength_step_nm)
     nm = bins.wavelength_nm
     index = relative_index(nm, scene.scattering.water_temperature_c)
@@ -59,6 +64,8 @@ def scene_optics(scene: Scene) -> Optics:
         wavelength_nm=nm,
         bows=bows(scene.scattering.orders, nm * 1e-9, index),
         air_depth=rayleigh_depth(nm) if has_air else np.zeros_like(nm),
-        suns=lights,
-        weights=tuple(colour_weights(light.spectrum, bins) for light in lights),
+        suns=the_suns,
+        sun_weights=tuple(colour_weights(sun.spectrum, bins) for sun in the_suns),
+        lamps=the_lamps,
+        lamp_weights=tuple(colour_weights(lamp.spectrum, bins) for lamp in the_lamps),
     )

@@ -10,6 +10,7 @@ measured against, so it shares with them only the scene, the spectra and the opt
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -19,16 +20,20 @@ from rtbow.atmosphere import segment_column, sun_column
 from rtbow.camera import box_span, pixel_directions
 from rtbow.colour import xyz_to_rgb
 from rtbow.disc import disc_nodes
+from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics, scene_optics
 from rtbow.reference_kernel import integrate_spectrum, sample_rays
+from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
 from rtbow.scene import Scene
 from rtbow.volume import DropletVolume, build_volume
 
-_NODES_PER_CELL = 3
-"""Gauss-Legendre nodes between two cuts: exact for polynomials of degree 5, while density times
-radius is of degree 3 along a ray."""
+_MOST_NODES = 24
+"""Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""
 _AIR_CELL_M = 200.0
 """Longest piece of a ray in air: attenuation over it is a polynomial of degree 5 to 1e-12."""
+_LAMP_PIECE_RAD = 0.01
+"""Largest angle of a piece at a lamp. Drops and air vary over it by midpoint rule; the
+cross-section's integral over it is exact."""
 _DISC_NODES = 16
 """Nodes over the disc beside those that the fringe phase across it asks for."""
 
@@ -50,15 +55,23 @@ class _Samples:
     radius_m: Array
 
 
+@lru_cache(maxsize=1)
+def _gauss_rules() -> Array:
+    """Gauss-Legendre rules of 1 to ``_MOST_NODES`` nodes: (rules, 2, nodes), padded with zeros."""
+    rules = np.zeros((_MOST_NODES, 2, _MOST_NODES))
+    for n in range(1, _MOST_NODES + 1):
+        rules[n - 1, :, :n] = np.polynomial.legendre.leggauss(n)
+    return rules
+
+
 def _sample_row(
     origin: Array, rays: Array, volume: DropletVolume, moments: Array, has_air: bool
 ) -> _Samples:
     entry, leave = box_span(origin, rays, volume.box_m)
-    nodes, gauss = np.polynomial.legendre.leggauss(_NODES_PER_CELL)
     # Without air and without a grid the integrand is constant along the ray.
     longest = _AIR_CELL_M if has_air else np.inf
     start, distance, weight, radius = sample_rays(
-        origin, rays, entry, leave, volume.box_m, moments, longest, nodes, gauss
+        origin, rays, entry, leave, volume.box_m, moments, longest, _gauss_rules()
     )
     return _Samples(start, distance, weight, radius)
 
@@ -74,8 +87,8 @@ def _disc_angles(optics: Optics, light: int, theta: float, radius_m: float) -> t
     return disc_nodes(theta, disc, _DISC_NODES + int(0.6 * phase))
 
 
-def _row_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> Array:
-    """Integrate one row of pixels: X, Y, Z (pixels, 3)."""
+def _sun_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> Array:
+    """Integrate one row of pixels under the suns: X, Y, Z (pixels, 3)."""
     counts = np.diff(samples.start)
     rise = np.repeat(rays[:, 2], counts)
     height = origin[2] + samples.distance_m * rise
@@ -85,10 +98,7 @@ def _row_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> A
         if air
         else np.zeros_like(samples.distance_m)
     )
-    bow_numbers = np.stack(
-        [np.stack([b.angle_rad, b.scale, b.strength]) for b in optics.bows]
-    )  # (bows, 3, W)
-    sides = np.array([b.side for b in optics.bows])
+    bow_numbers, sides = _bow_arrays(optics)
 
     xyz = np.zeros((len(rays), 3))
     for light, sun in enumerate(optics.suns):
@@ -122,9 +132,42 @@ def _row_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> A
             bow_numbers,
             sides,
             optics.air_depth,
-            optics.weights[light],
+            optics.sun_weights[light],
         )
     return xyz
+
+
+def _lamp_xyz(
+    optics: Optics, origin: Array, rays: Array, volume: DropletVolume, moments: Array
+) -> Array:
+    """Integrate one row of pixels under the lamps: X, Y, Z (pixels, 3)."""
+    entry, leave = box_span(origin, rays, volume.box_m)
+    longest = _AIR_CELL_M if optics.has_air else np.inf
+    xyz = np.zeros((len(rays), 3))
+    for lamp, weights in zip(optics.lamps, optics.lamp_weights, strict=True):
+        start, pieces = lamp_pieces(
+            origin, rays, entry, leave, volume.box_m, moments, longest,
+            lamp.position_m, lamp.radius_m, _LAMP_PIECE_RAD, NEAREST_M,
+        )  # fmt: skip
+        column = np.zeros(len(pieces))
+        if optics.has_air:
+            rise = np.repeat(rays[:, 2], np.diff(start))
+            height = origin[2] + pieces[:, 0] * rise
+            at = origin + pieces[:, :1] * np.repeat(rays, np.diff(start), axis=0)
+            distance = np.linalg.norm(at - lamp.position_m, axis=1)
+            slope = (height - lamp.position_m[2]) / distance
+            column = segment_column(origin[2], rise, pieces[:, 0])
+            column = column + segment_column(lamp.position_m[2], slope, distance)
+        xyz += integrate_lamp(
+            start, pieces, column, *_bow_arrays(optics), optics.air_depth, weights
+        )
+    return xyz
+
+
+def _bow_arrays(optics: Optics) -> tuple[Array, Array]:
+    """Bows as the kernels take them: (bows, 3, W) of angle, scale and strength; sides (bows,)."""
+    numbers = [np.stack([b.angle_rad, b.scale, b.strength]) for b in optics.bows]
+    return np.stack(numbers), np.array([b.side for b in optics.bows])
 
 
 def _moments(volume: DropletVolume) -> Array:
@@ -137,15 +180,18 @@ def _moments(volume: DropletVolume) -> Array:
     return np.ascontiguousarray(moments.transpose(2, 1, 0, 3))
 
 
-def render_reference(scene: Scene, progress: Progress = no_progress) -> Array:
+def render_reference(
+    scene: Scene, progress: Progress = no_progress, columns: slice = slice(None)
+) -> Array:
     """Render a scene in float64 at its own wavelength step (1 nm is the standard of truth).
 
     Args:
         scene: the scene.
         progress: wraps the loop over the picture's rows.
+        columns: which columns of the picture; all by default.
 
     Returns:
-        Linear Rec. 709 R, G, B in cd/m², float64 (h, w, 3), first row on top.
+        Linear Rec. 709 R, G, B in cd/m², float64 (h, columns, 3), first row on top.
 
     Raises:
         InputError: a spectrum or volume file is not usable.
@@ -154,10 +200,14 @@ def render_reference(scene: Scene, progress: Progress = no_progress) -> Array:
     volume = build_volume(scene.droplets)
     moments = _moments(volume)
     width, height = scene.camera.size_px
+    width = len(range(width)[columns])
     origin = np.array(scene.camera.position_m, dtype=np.float64)
     xyz = np.zeros((height, width, 3))
     for row in progress(range(height)):
-        rays = pixel_directions(scene.camera, slice(row, row + 1))[0]
-        samples = _sample_row(origin, rays, volume, moments, optics.has_air)
-        xyz[row] = _row_xyz(optics, origin, rays, samples)
+        rays = pixel_directions(scene.camera, slice(row, row + 1))[0, columns]
+        if optics.suns:
+            samples = _sample_row(origin, rays, volume, moments, optics.has_air)
+            xyz[row] += _sun_xyz(optics, origin, rays, samples)
+        if optics.lamps:
+            xyz[row] += _lamp_xyz(optics, origin, rays, volume, moments)
     return xyz_to_rgb(xyz)

@@ -9,29 +9,33 @@ from numba import njit, prange
 
 from rtbow.arrays import Array, Indices
 
-_GRID_LOW, _GRID_HIGH, _PER_UNIT = -14.0, 34.0, 128
+AIRY_LOW, AIRY_HIGH, AIRY_PER_UNIT = -14.0, 34.0, 128
+"""Range in z and density of the grids on which Airy's functions are stepped."""
+
+
+NODES_PER_LOG_RADIUS = 10.0
 
 
 @lru_cache(maxsize=1)
-def _airy_grid() -> Array:
+def airy_grid() -> Array:
     """Values and slopes of Ai²(-z) on a fine grid, from scipy: (n, 2)."""
     from scipy.special import airy
 
-    z = np.linspace(_GRID_LOW, _GRID_HIGH, int((_GRID_HIGH - _GRID_LOW) * _PER_UNIT) + 1)
+    z = np.linspace(AIRY_LOW, AIRY_HIGH, int((AIRY_HIGH - AIRY_LOW) * AIRY_PER_UNIT) + 1)
     value, slope = airy(-z)[:2]
     return np.ascontiguousarray(np.stack([value**2, -2.0 * value * slope], axis=1))
 
 
 @njit(cache=True, inline="always")
-def _airy_squared(z: float, grid: Array) -> float:
+def airy_squared_at(z: float, grid: Array) -> float:
     """Ai²(-z) to 1e-7 of its peak or better everywhere.
 
     Cubic Hermite steps of 1/128 up to z = 34, whose error is h⁴/384 times the fourth derivative;
     beyond, modulus and phase of Abramowitz and Stegun 10.4.78-79.
     """
-    if z < _GRID_LOW:
+    if z < AIRY_LOW:
         return 0.0
-    if z >= _GRID_HIGH - 0.01:
+    if z >= AIRY_HIGH - 0.01:
         root = np.sqrt(z)
         cubed = 1.0 / (z * z * z)
         modulus = (1.0 - 5.0 / 32.0 * cubed) / (np.pi * root)
@@ -39,17 +43,17 @@ def _airy_squared(z: float, grid: Array) -> float:
             1.0 - 5.0 / 32.0 * cubed + 1105.0 / 6144.0 * cubed * cubed
         )
         return float(modulus * np.sin(phase) ** 2)
-    at = (z - _GRID_LOW) * _PER_UNIT
+    at = (z - AIRY_LOW) * AIRY_PER_UNIT
     k = int(at)
     f = at - k
     g = 1.0 - f
-    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / _PER_UNIT
-    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / _PER_UNIT
+    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
+    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
     return float(g * g * left + f * f * right)
 
 
 @njit(cache=True)
-def _cuts(
+def cut_ray(
     origin: Array, ray: Array, entry: float, leave: float, box: Array, counts: Array, longest: float
 ) -> Array:
     """Distances at which a ray is cut: its ends, the grid's planes, and pieces <= longest."""
@@ -74,7 +78,7 @@ def _cuts(
 
 
 @njit(cache=True)
-def _interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
+def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
     """Trilinear density and density · radius at a point of the box."""
     nz, ny, nx = moments.shape[:3]
     index = np.zeros(3, dtype=np.int64)
@@ -102,6 +106,26 @@ def _interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float
 
 
 @njit(cache=True)
+def _nodes_for(
+    origin: Array, ray: Array, start: float, end: float, box: Array, moments: Array
+) -> int:
+    """Nodes for a piece of a ray: 3 where drops are of a size, more where the radius changes.
+
+    Density times radius is a cubic along a ray, which 2 nodes integrate; the fringes that the
+    cross-section shows between a small and a large radius are what asks for more.
+    """
+    least, most = np.inf, 0.0
+    for share in (0.0, 0.5, 1.0):
+        at = origin + (start + share * (end - start)) * ray
+        density, product = interpolate(at, box, moments)
+        if density > 0.0:
+            least, most = min(least, product / density), max(most, product / density)
+    if most <= least:
+        return 3
+    return 3 + int(np.ceil(NODES_PER_LOG_RADIUS * np.log(most / least)))
+
+
+@njit(cache=True)
 def sample_rays(
     origin: Array,
     rays: Array,
@@ -110,8 +134,7 @@ def sample_rays(
     box: Array,
     moments: Array,
     longest: float,
-    nodes: Array,
-    gauss: Array,
+    rules: Array,
 ) -> tuple[Indices, Array, Array, Array]:
     """Place Gauss-Legendre samples between the cuts of each ray, where there are drops.
 
@@ -123,8 +146,7 @@ def sample_rays(
         box: corners (2, 3), m.
         moments: density and density · radius, (nz, ny, nx, 2).
         longest: longest piece, m.
-        nodes: Gauss-Legendre nodes on -1..1.
-        gauss: their weights.
+        rules: Gauss-Legendre nodes on -1..1 and weights (most, 2, most); rule n has n + 1 nodes.
 
     Returns:
         First sample of each ray (n + 1,), and per sample the distance [m], density times length
@@ -135,15 +157,17 @@ def sample_rays(
     distance, weight, radius = [0.0], [0.0], [0.0]
     for pixel in range(len(rays)):
         if entry[pixel] < leave[pixel]:
-            cuts = _cuts(origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest)
+            cuts = cut_ray(origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest)
             for k in range(len(cuts) - 1):
                 half = 0.5 * (cuts[k + 1] - cuts[k])
-                for j in range(len(nodes)):
-                    t = cuts[k] + half * (1.0 + nodes[j])
-                    density, product = _interpolate(origin + t * rays[pixel], box, moments)
+                count = _nodes_for(origin, rays[pixel], cuts[k], cuts[k + 1], box, moments)
+                count = min(count, len(rules))
+                for j in range(count):
+                    t = cuts[k] + half * (1.0 + rules[count - 1, 0, j])
+                    density, product = interpolate(origin + t * rays[pixel], box, moments)
                     if density > 0.0:
                         distance.append(t)
-                        weight.append(density * half * gauss[j])
+                        weight.append(density * half * rules[count - 1, 1, j])
                         radius.append(product / density)
         start[pixel + 1] = len(distance) - 1
     return start, np.array(distance)[1:], np.array(weight)[1:], np.array(radius)[1:]
@@ -183,7 +207,7 @@ def _integrate(
                         mean = 0.0
                         for j in range(disc_start[pixel], disc_start[pixel + 1]):
                             z = scale * sides[b] * (disc_angle[j] - angle)
-                            mean += disc_weight[j] * _airy_squared(z, grid)
+                            mean += disc_weight[j] * airy_squared_at(z, grid)
                         section += strength * radius_strength[k] * mean
                 radiance += weight[k] * section * np.exp(-air_depth[w] * column[k])
             for c in range(3):
@@ -227,6 +251,6 @@ def integrate_spectrum(
     return np.asarray(
         _integrate(
             start, weight, radius_scale, radius_strength, column, disc_start, disc_angle,
-            disc_weight, bows, sides, air_depth, colour, _airy_grid(),
+            disc_weight, bows, sides, air_depth, colour, airy_grid(),
         )
     )  # fmt: skip

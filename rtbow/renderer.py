@@ -44,7 +44,7 @@ class Renderer:
         self.method_used: Method = "auto"
         self._backend = backend
         self._context: GlContext | None = None
-        self._pass: SpectralPass | None = None
+        self._passes: list[SpectralPass] = []
         self._closed = False
 
     @property
@@ -86,9 +86,7 @@ class Renderer:
         self.method_used = method
         try:
             if method == "reference":
-                from rtbow.reference import render_reference
-
-                frame = render_reference(self.scene, progress).astype(np.float32)
+                frame = self._render_reference(progress)
             else:
                 frame = self._render_spectral(progress)
         except MemoryError as error:
@@ -98,6 +96,12 @@ class Renderer:
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
         require_finite(frame)
         return frame
+
+    def _render_reference(self, progress: Progress) -> NDArray[np.float32]:
+        from rtbow.reference import render_reference
+
+        parts = [render_reference(s, progress, columns) for s, columns in self.scene.parts()]
+        return np.concatenate(parts, axis=1).astype(np.float32)
 
     def _render_spectral(self, progress: Progress) -> NDArray[np.float32]:
         import moderngl
@@ -109,9 +113,14 @@ class Renderer:
             self._context = open_context(self._backend)
         try:
             with self._context.current():
-                if self._pass is None:
-                    self._pass = SpectralPass(self._context, self.scene)
-                return self._pass.render(progress)
+                parts = self.scene.parts()
+                if not self._passes:
+                    self._passes = [SpectralPass(self._context, scene) for scene, _ in parts]
+                drawn = [
+                    one.render(progress, columns)
+                    for one, (_, columns) in zip(self._passes, parts, strict=True)
+                ]
+                return np.concatenate(drawn, axis=1)
         except moderngl.Error as error:
             width, height = self.scene.camera.size_px
             raise UnavailableError(
@@ -123,7 +132,7 @@ class Renderer:
     def close(self) -> None:
         """Release the GL context and all that lives on it; a second call does nothing."""
         self._closed = True
-        self._pass = None
+        self._passes = []
         if self._context is not None:
             self._context.close()
             self._context = None

@@ -6,7 +6,7 @@ messages speak from one source. :mod:`rtbow.scene_file` makes scenes from TOML t
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -32,6 +32,7 @@ from rtbow.constants import (
 
 AXES = ("east", "north", "up")
 _DRAWN = "how radii are drawn at the grid points"
+_SPECTRUM = "E490, equal-energy, a CIE name (FL2, HP1, LED-B3) or a CSV file of wavelength_nm,value"
 
 # Types of list items and lists; TOML has lists where the model has tuples, hence the lax Strict.
 # 10,000 km holds every scene on Earth, and squares of lengths still fit in float32.
@@ -117,8 +118,7 @@ class SunLight(Table):
     spectrum: str = Field(
         "E490",
         min_length=1,
-        description="E490, equal-energy, a CIE name (FL2, HP1, LED-B3) "
-        "or a CSV file of wavelength_nm,value",
+        description=_SPECTRUM,
         json_schema_extra=_unit(""),
     )
     angular_diameter_deg: float = Field(
@@ -137,15 +137,36 @@ class SunLight(Table):
         json_schema_extra=_unit("W/m²"),
     )
 
-    @model_validator(mode="before")
-    @classmethod
-    def _no_point_lights_yet(cls, data: object) -> object:
-        # Ahead of the fields, so that a point light's own keys are not reported as unknown.
-        if isinstance(data, dict) and data.get("type") == "point":
-            error = refused('point lights are not available in this version; must be "sun"')
-            problem = InitErrorDetails(type=error, loc=("type",), input="point")
-            raise ValidationError.from_exception_data(cls.__name__, [problem])
-        return data
+
+class PointLight(Table):
+    """A small lamp that radiates equally in all directions."""
+
+    type: Literal["point"] = Field(
+        "point", description="the kind of light", json_schema_extra=_unit("")
+    )
+    position_m: Point = Field(
+        description="where the lamp hangs: east, north, up", json_schema_extra=_unit("m")
+    )
+    spectrum: str = Field(
+        "E490",
+        min_length=1,
+        description=_SPECTRUM,
+        json_schema_extra=_unit(""),
+    )
+    luminous_flux_lm: float = Field(
+        gt=0, le=1e12, description="luminous flux in all directions", json_schema_extra=_unit("lm")
+    )
+    diameter_m: float = Field(
+        0.1,
+        ge=0,
+        le=10,
+        description="the glowing sphere across: drops see a disc, and none are inside; "
+        "0 is a point",
+        json_schema_extra=_unit("m"),
+    )
+
+
+Light = Annotated[SunLight | PointLight, Field(discriminator="type")]
 
 
 class ConstantRadius(Table):
@@ -417,6 +438,22 @@ def _even_step(count: int, direction: int) -> str:
     return f"{400 / count:.4f}".rstrip("0").rstrip(".")
 
 
+class Compare(Table):
+    """The picture split between the scene as it stands and with some keys changed."""
+
+    split: float = Field(
+        0.5,
+        ge=0,
+        le=1,
+        description="share of the width, from the left, that shows the scene as it stands",
+        json_schema_extra=_unit(""),
+    )
+    right: dict[str, Any] = Field(
+        description='keys and values of the rest, such as { "atmosphere.rayleigh" = false }',
+        json_schema_extra=_unit(""),
+    )
+
+
 class Scene(Table):
     """All that a picture depends on.
 
@@ -424,14 +461,25 @@ class Scene(Table):
     """
 
     camera: Camera = Field(Camera(), description="the eye")
-    light: Annotated[tuple[SunLight, ...], Strict(False)] = Field(
+    light: Annotated[tuple[Light, ...], Strict(False)] = Field(
         min_length=1, description="the lights, one or more"
     )
     droplets: Droplets = Field(description="the drops")
     atmosphere: Atmosphere | None = Field(None, description="the air; left out: none")
     scattering: Scattering = Field(Scattering(), description="scattering by a drop")
     render: Render = Field(Render(), description="how finely the picture is computed")
+    compare: Compare | None = Field(
+        None, description="the picture split between two settings; left out: one picture"
+    )
 
+    @field_validator("light", mode="before")
+    @classmethod
+    def _suns_by_default(cls, lights: object) -> object:
+        if not isinstance(lights, list | tuple):
+            return lights
+        return [{"type": "sun", **x} if isinstance(x, dict) else x for x in lights]
+
+    _right: "Scene | None" = PrivateAttr(default=None)
     _source_text: str = PrivateAttr(default="")
     _source_name: str = PrivateAttr(default="scene")
 
@@ -444,6 +492,21 @@ class Scene(Table):
     def source_name(self) -> str:
         """The built-in scene's name, or the path as it was given."""
         return self._source_name
+
+    def parts(self) -> tuple[tuple["Scene", slice], ...]:
+        """The scenes that make up the picture and the columns that each fills, left to right."""
+        width = self.camera.size_px[0]
+        if self.compare is None or self._right is None:
+            return ((self, slice(0, width)),)
+        column = round(self.compare.split * width)
+        both = ((self, slice(0, column)), (self._right, slice(column, width)))
+        return tuple(part for part in both if part[1].start < part[1].stop)
+
+    def with_right(self, right: "Scene") -> Self:
+        """Return the same scene with the scene of the right part of its ``compare``."""
+        copy = self.model_copy()
+        copy._right = right
+        return copy
 
     def with_source(self, text: str, name: str) -> Self:
         """Return the same scene with the text and name it came from."""

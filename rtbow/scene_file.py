@@ -4,7 +4,7 @@ import difflib
 import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -60,14 +60,54 @@ def scene_from_text(
     changes = {str(key): _plain(value) for key, value in (overrides or {}).items()}
     _apply_overrides(data, changes)
     _resolve_paths(data, Path())  # paths of the file are absolute by now
-    try:
-        scene = Scene.model_validate(data)
-    except ValidationError as error:
-        raise InputError(explain(error, name, changes)) from None
+    scene = _validated(data, name, changes)
+    if scene.compare is not None:
+        scene = scene.with_right(_right_part(scene, data, name))
     if changes:
         text = text if text.endswith("\n") or not text else f"{text}\n"
         text += "".join(f"# --set {key}={toml_text(value)}\n" for key, value in changes.items())
     return scene.with_source(text, name)
+
+
+def _validated(data: dict[str, Any], name: str, changes: Collection[str]) -> Scene:
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        raise InputError(explain(error, name, changes)) from None
+
+
+def _right_part(scene: Scene, data: dict[str, Any], name: str) -> Scene:
+    """Make the scene of the right part of ``compare``: its keys are overrides of the left.
+
+    Raises:
+        InputError: a key that no scene has, one that both parts must share, or a wrong value.
+    """
+    assert scene.compare is not None
+    changes = dict(_flat("", scene.compare.right))
+    for key in changes:
+        if f"{key}.".startswith(("compare.", "camera.size_px.")):
+            raise InputError(
+                f"{name}: compare.right.{key}: both parts share it; leave it out of compare.right"
+            )
+    rest = _plain({key: value for key, value in data.items() if key != "compare"})
+    try:
+        _apply_overrides(rest, changes)
+        _resolve_paths(rest, Path())
+        return _validated(rest, name, changes)
+    except InputError as error:
+        # The keys were typed in compare.right, not after --set.
+        text = re.sub(r"(?m)^--set:? ", f"{name}: compare.right.", str(error))
+        raise InputError(text) from None
+
+
+def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values of nested tables."""
+    for key, value in table.items():
+        dotted_key = f"{prefix}{key}"
+        if isinstance(value, dict) and value:
+            yield from _flat(f"{dotted_key}.", value)
+        else:
+            yield dotted_key, value
 
 
 def builtin_scenes() -> dict[str, Path]:
@@ -256,6 +296,9 @@ def _apply(data: dict[str, Any], key: str, value: object) -> None:
         raise InputError(f"--set {key}: write a key such as light.0.altitude_deg")
     for depth, part in enumerate(parts):
         here = ".".join(parts[:depth])
+        if node.annotation == dict[str, Any]:
+            at[".".join(parts[depth:])] = value  # a free table: keys of another scene
+            return
         if node.models:
             slot: str | int = part
             child = node.child(part)
@@ -267,7 +310,8 @@ def _apply(data: dict[str, Any], key: str, value: object) -> None:
             if not isinstance(at, dict):
                 return  # the file has no table here; validation says so
             if depth < len(parts) - 1 and at.get(part) is None:
-                at[part] = {} if child.models else _plain(child.default or ())
+                is_table = child.models or child.annotation == dict[str, Any]
+                at[part] = {} if is_table else _plain(child.default or ())
         elif node.items:
             if not isinstance(at, list):
                 return

@@ -122,6 +122,7 @@ class Node:
             int: "a whole number",
             bool: "true or false",
             str: "text in quotes",
+            dict[str, Any]: "a table of scene keys and values",
         }[self.annotation]
         return f"{word}, {self.range}" if self.range else word
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import moderngl
 import numpy as np
@@ -17,9 +17,10 @@ from rtbow.colour import XYZ_TO_RGB
 from rtbow.context import GlContext
 from rtbow.errors import InputError
 from rtbow.glsl import Define, compile_program, glsl_literal
+from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics, scene_optics
 from rtbow.scene import Camera, Scene
-from rtbow.steps import most_steps, step_rates
+from rtbow.steps import lamp_steps, most_steps, step_rates
 from rtbow.table import NEAR_Z_LOW, POLE_DISTANCE, airy_table, shader_constants
 from rtbow.volume import DropletVolume, build_volume
 
@@ -52,6 +53,7 @@ def shader_defines(scene: Scene, optics: Optics, volume: DropletVolume) -> dict[
         "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
         "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
         "XYZ_TO_RGB": _matrix_literal(XYZ_TO_RGB),
+        "NEAREST_M": NEAREST_M,
         "MAX_STEPS": _MAX_STEPS,
         "WAVELENGTH_COUNT": len(optics.wavelength_nm),
         "BOW_COUNT": len(optics.bows),
@@ -59,7 +61,9 @@ def shader_defines(scene: Scene, optics: Optics, volume: DropletVolume) -> dict[
         "SUN_COUNT": len(optics.suns),
         "GRID": not volume.uniform,
         "AIR": optics.has_air,
-        "DISC": any(sun.disc_rad > 0.0 for sun in optics.suns),
+        "LAMP_COUNT": len(optics.lamps),
+        "DISC": any(sun.disc_rad > 0.0 for sun in optics.suns)
+        or any(lamp.radius_m > 0.0 for lamp in optics.lamps),
         "ONE_RADIUS": _one_radius(optics, volume),
         "POLE": _pole_in_view(scene.camera, optics),
     }
@@ -98,7 +102,7 @@ def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
     wavelength's own angle and the widest disc are allowed for.
     """
     smallest = max(volume.radius_range_um[0], constants.MIN_RADIUS_UM) * 1e-6
-    disc = max(sun.disc_rad for sun in optics.suns)
+    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
     edges = []
     for bow in optics.bows:
         reach = -NEAR_Z_LOW / (bow.scale * smallest**SCALE_POWER) + disc
@@ -111,15 +115,16 @@ def spectral_rows(optics: Optics) -> Float32:
     """Lay out the per-wavelength numbers as the shader reads them.
 
     Returns:
-        float32 (bows + suns, W, 4): per bow angle, scale, strength, 0; per sun the weights to
-        X, Y, Z and the air depth.
+        float32 (bows + suns + lamps, W, 4): per bow angle, scale, strength, 0; per light the
+        weights to X, Y, Z and the air depth.
     """
     count = len(optics.wavelength_nm)
     bow_rows = [
         np.stack([b.angle_rad, b.scale, b.strength, np.zeros(count)], axis=1) for b in optics.bows
     ]
-    sun_rows = [np.column_stack([w, optics.air_depth]) for w in optics.weights]
-    return np.stack(bow_rows + sun_rows).astype(np.float32)
+    weights = (*optics.sun_weights, *optics.lamp_weights)
+    light_rows = [np.column_stack([w, optics.air_depth]) for w in weights]
+    return np.stack(bow_rows + light_rows).astype(np.float32)
 
 
 class SpectralPass:
@@ -160,8 +165,8 @@ class SpectralPass:
             )
         if self._loops_per_step(optics) > _LOOP_BUDGET:
             raise InputError(
-                f"{len(optics.suns)} lights at {len(optics.wavelength_nm)} wavelengths are more"
-                " than a shader's loops hold; use fewer lights, a larger"
+                f"{len(self._scene.light)} lights at {len(optics.wavelength_nm)} wavelengths are"
+                " more than a shader's loops hold; use fewer lights, a larger"
                 " render.wavelength_step_nm, or --method reference"
             )
         if len(optics.wavelength_nm) > limits.texture_2d:
@@ -173,7 +178,8 @@ class SpectralPass:
 
     @staticmethod
     def _loops_per_step(optics: Optics) -> int:
-        return 2 + len(optics.suns) * len(optics.wavelength_nm) * (1 + len(optics.bows))
+        lights = len(optics.suns) + len(optics.lamps)
+        return 2 + lights * len(optics.wavelength_nm) * (1 + len(optics.bows))
 
     def _texture(self, data: Float32, channels: int, *, linear: bool) -> moderngl.Texture:
         rows, columns = data.shape[:2]
@@ -188,15 +194,16 @@ class SpectralPass:
         self, optics: Optics, volume: DropletVolume, defines: Mapping[str, Define]
     ) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
         table = airy_table()
+        near = 2 if optics.lamps else 1  # suns need no running integral
         textures: dict[str, moderngl.Texture | moderngl.Texture3D] = {
             "spectral": self._texture(spectral_rows(optics), 4, linear=False),
-            "airyNearTable": self._texture(table.near, 1, linear=True),
+            "airyNearTable": self._texture(table.near[..., :near], near, linear=True),
         }
         if defines["DISC"]:
             textures["airyFringeTable"] = self._texture(table.fringe[None], 2, linear=True)
         if defines["POLE"]:
             textures["airyPoleTable"] = self._texture(table.pole, 2, linear=True)
-        if defines["AIR"]:
+        if defines["AIR"] and optics.suns:
             column = atmosphere.column_table().log_column
             textures["columnTable"] = self._texture(column, 1, linear=True)
         if defines["GRID"]:
@@ -211,6 +218,11 @@ class SpectralPass:
         # The compiler drops what a scene does not use, and its uniform with it.
         if name in self._program:
             self._program[name] = value
+
+    def _set_array(self, name: str, values: Sequence[object]) -> None:
+        # moderngl takes a single value, not a list, for an array of one.
+        if values:
+            self._set(name, values if len(values) > 1 else values[0])
 
     def _set_scene(self, optics: Optics, volume: DropletVolume) -> None:
         camera, steps = self._scene.camera, self._scene.render.steps
@@ -231,25 +243,32 @@ class SpectralPass:
         self._set("fixedSteps", steps or 0)
         self._steps = min(steps or most_steps(rates, volume), _MAX_STEPS)
         self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
+        if optics.lamps:
+            # Each stretch of a ray gets its half of an even number.
+            count = steps or lamp_steps(rates, volume)
+            self._steps = max(self._steps, count + count % 2)
+            self._set("lampSteps", count)
+            spheres = [(*(lamp.position_m - eye), lamp.radius_m) for lamp in optics.lamps]
+            self._set_array("lampSphere", spheres)
         directions = [tuple(sun.direction) for sun in optics.suns]
         shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]
-        # moderngl takes a single value, not a list, for an array of one.
-        edges = bow_edges(optics, volume)
-        self._set("bowEdge", edges if len(edges) > 1 else edges[0])
-        self._set("sunDirection", directions if len(directions) > 1 else directions[0])
-        self._set("sunShape", shapes if len(shapes) > 1 else shapes[0])
+        self._set_array("bowEdge", bow_edges(optics, volume))
+        self._set_array("sunDirection", directions)
+        self._set_array("sunShape", shapes)
 
-    def render(self, progress: Progress = no_progress) -> Float32:
+    def render(self, progress: Progress = no_progress, columns: slice = slice(None)) -> Float32:
         """Draw the frame.
 
         Args:
             progress: wraps the loop over the picture's rows.
+            columns: which columns of the picture, a slice of step 1; all by default.
 
         Returns:
-            Linear Rec. 709 in cd/m², float32 (h, w, 3), first row on top.
+            Linear Rec. 709 in cd/m², float32 (h, columns, 3), first row on top.
         """
         ctx = self._gl.ctx
         width, height = self._scene.camera.size_px
+        left, right, _ = columns.indices(width)
         target = ctx.texture((width, height), 4, dtype="f4")
         frame = ctx.framebuffer([target])
         frame.use()
@@ -260,7 +279,7 @@ class SpectralPass:
         for unit, texture in enumerate(self._textures.values()):
             texture.use(unit)
         for first, count in _strips(height, progress):
-            frame.scissor = (0, height - first - count, width, count)
+            frame.scissor = (left, height - first - count, right - left, count)
             for step in range(0, self._steps, self._steps_per_pass):
                 self._set("stepRange", (step, step + self._steps_per_pass))
                 self._triangle.render(moderngl.TRIANGLES, vertices=3)
@@ -268,7 +287,7 @@ class SpectralPass:
         ctx.disable(moderngl.BLEND)
         frame.scissor = (0, 0, width, height)
         pixels = np.frombuffer(target.read(), dtype=np.float32).reshape(height, width, 4)
-        return np.ascontiguousarray(pixels[::-1, :, :3])
+        return np.ascontiguousarray(pixels[::-1, left:right, :3])
 
 
 def _strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:

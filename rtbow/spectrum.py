@@ -125,6 +125,11 @@ def colour_weights(spectrum: Spectrum, bins: Bins) -> Array:
     return _product_integrals(spectrum, bins.edges_nm, np.column_stack([nm, xyz]))
 
 
+def luminous(spectrum: Spectrum) -> float:
+    """Integrate a spectrum with the luminosity function: lumen (per area, per sr …) from watts."""
+    return float(colour_weights(spectrum, Bins(np.array([580.0]), np.array(VISIBLE_NM)))[0, 1])
+
+
 def spectrum_names() -> list[str]:
     """List every spectrum known by name."""
     return [E490, EQUAL_ENERGY, *illuminant_names()]

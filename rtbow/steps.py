@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtbow.airy import RADIUS_POWER
 from rtbow.arrays import Array
 from rtbow.atmosphere import sun_column
 from rtbow.constants import SCALE_HEIGHT_M
@@ -13,9 +14,13 @@ from rtbow.optics import Optics
 from rtbow.volume import DropletVolume
 
 SAMPLES_PER_CELL = 1.5
-"""Midpoint samples per grid cell crossed. Between grid points density is linear along an axis, so
-they leave an error in the second differences of the grid alone: 2e-4 of the frame's peak at the
-99th percentile in the shower (1 sample: 8e-4; 2: 9e-5)."""
+"""Midpoint samples per grid cell crossed, where neighbouring grid points hold like drops. Between
+them density is linear along an axis, so what is left is an error in the grid's second differences:
+2e-4 of the frame's peak at the 99th percentile in a smooth shower (1 sample: 8e-4; 2: 9e-5)."""
+SAMPLES_PER_LOG_RADIUS = 12.0
+"""Further samples per cell and per unit of the logarithm of the radius between neighbours, whose
+fringes a ray crosses on its way. Radii drawn at each point, 0.3-0.7 mm: 1e-3; Marshall-Palmer:
+2e-3."""
 _AIR_ERROR = 1e-4
 """Relative error that the midpoint rule may leave in the air's attenuation."""
 
@@ -41,12 +46,45 @@ def most_steps(rates: StepRates, volume: DropletVolume) -> int:
     return int(np.ceil(max(across, rates.air_per_metre * float(np.linalg.norm(extent))))) + 1
 
 
+LAMP_STEPS = 32
+"""Least steps in angle along a ray that a lamp lights: within 1 % of the limit in a smooth volume,
+exact in a uniform one but for the lamp's apparent size, which changes along the ray."""
+
+
+def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
+    """Give the steps in angle for a lamp's light, even, for an unset ``render.steps``."""
+    extent = volume.box_m[1] - volume.box_m[0]
+    across = float(np.max(rates.cells_per_metre * extent))
+    return max(LAMP_STEPS, 2 * int(np.ceil(0.5 * across)))
+
+
 def step_rates(volume: DropletVolume, optics: Optics) -> StepRates:
     """Compute the rates for a volume and its air."""
     points = np.array(volume.shape)
     extent = volume.box_m[1] - volume.box_m[0]
-    cells = SAMPLES_PER_CELL * (points - 1) / extent
+    samples = SAMPLES_PER_CELL + SAMPLES_PER_LOG_RADIUS * _roughness(volume)
+    cells = samples * (points - 1) / extent
     return StepRates(cells, _air_rate(volume, optics))
+
+
+def _roughness(volume: DropletVolume) -> float:
+    """Mean change of the logarithm of the radius between neighbouring grid points.
+
+    Weighted by the light of both points: drops that scatter nothing need no samples.
+    """
+    if volume.uniform or volume.radius_range_um[0] == volume.radius_range_um[1]:
+        return 0.0
+    radius = np.maximum(volume.radius_um, np.float32(1e-3))
+    log_radius = np.log(radius)
+    light = np.sqrt(volume.number_per_m3 * radius ** np.float32(RADIUS_POWER))
+    change, total = 0.0, 0.0
+    for axis in range(3):
+        ahead = (slice(None),) * axis + (slice(1, None),)
+        behind = (slice(None),) * axis + (slice(None, -1),)
+        weight = light[ahead] * light[behind]
+        change += float(np.sum(weight * np.abs(log_radius[ahead] - log_radius[behind])))
+        total += float(np.sum(weight))
+    return change / total if total > 0.0 else 0.0
 
 
 def _air_rate(volume: DropletVolume, optics: Optics) -> float:

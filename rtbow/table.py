@@ -3,7 +3,8 @@
 Airy's theory depends on radius, wavelength, order and disc only through the scaled angle ``z`` and
 the disc's radius ``s`` in the same scale (:mod:`rtbow.airy`), so three small arrays hold it all:
 
-* ``near``: the mean of Ai²(-(z + s t)) over a disc, around the bow, up to a last ``z``;
+* ``near``: the mean of Ai²(-(z + s t)) over a disc, around the bow, up to a last ``z``, and its
+  running integral over z, with which a march in angle takes exact steps;
 * ``fringe`` beyond: there Ai² is ``(1 + sin(psi)) / (2 pi sqrt(z))`` to better than 0.1 %; a
   disc of ``P`` rad of fringe phase damps the sine by ``J = 2 J1(P)/P``, and because fringes narrow
   across the disc it adds ``B cos(psi) / z^(3/2)``, B = P J'/4 - P² J''/8;
@@ -101,22 +102,22 @@ def _build_near() -> Array:
     line = np.arange(low[-1] - MAX_DISC, high[-1] + MAX_DISC + 1.0, _LINE_STEP)
     value, integral = airy_squared_and_integral(line)
     v = np.linspace(0.0, 1.0, NEAR_COLUMNS)
-    near = np.empty((NEAR_ROWS, NEAR_COLUMNS))
+    near = np.empty((NEAR_ROWS, NEAR_COLUMNS, 2))
     for row, disc in enumerate(s):
         z = (low[row] + (high[row] - low[row]) * v)[:, None]
+        # Midpoints in the angle whose cosine runs across the disc: its chords as the weight.
+        count = 12 + int(5.0 * disc)
+        angle = (np.arange(count) + 0.5) * np.pi / count
+        chord = 2.0 / count * np.sin(angle) ** 2
+        at = z + disc * np.cos(angle)
+        running = _on_line(integral, line[0], at)
+        near[row, :, 1] = running @ chord
         if disc < NEAR_S_FIXED:
-            # Gauss-Chebyshev, second kind: the flat disc's chords as the weight.
-            count = 12 + int(4.2 * disc)
-            angle = np.arange(1, count + 1) * np.pi / (count + 1)
-            weight = 2.0 / (count + 1) * np.sin(angle) ** 2
-            near[row] = _on_line(value, low[-1] - MAX_DISC, z + disc * np.cos(angle)) @ weight
+            near[row, :, 0] = _on_line(value, line[0], at) @ chord
         else:
-            # The same mean by parts: first kind, on the integral, whose fringes are far weaker,
-            # so that the nodes need to follow the bow alone.
-            count = 12 + int(5.0 * disc)
-            angle = (np.arange(count) + 0.5) * np.pi / count
-            weight = 2.0 / (disc * count) * np.cos(angle)
-            near[row] = _on_line(integral, low[-1] - MAX_DISC, z + disc * np.cos(angle)) @ weight
+            # By parts, on the integral, whose fringes are far weaker: the nodes need to follow
+            # the bow alone.
+            near[row, :, 0] = running @ (2.0 / (disc * count) * np.cos(angle))
     return near
 
 
@@ -149,11 +150,24 @@ def _build_pole(fringe: Array) -> Array:
 
 
 @dataclass(frozen=True)
+class _Fringes:
+    """Fringes far inside the bow: amplitude, phase, and what the disc leaves of them."""
+
+    z: Array
+    amplitude: Array
+    psi: Array
+    phase: Array
+    damping: Array
+    sine: Array
+    cosine: Array
+
+
+@dataclass(frozen=True)
 class AiryTable:
     """The table's arrays, and look-ups that follow the shader's step by step.
 
     Attributes:
-        near: disc means of Ai² (rows of disc, columns of z), float32.
+        near: disc means of Ai² and of its integral (rows of disc, columns of z, 2), float32.
         fringe: J and B of the fringes (phase, 2), float32.
         pole: its complex change near the pole (distance, phase, 2), float32.
     """
@@ -176,30 +190,70 @@ class AiryTable:
         z, s, distance = np.broadcast_arrays(z, s, pole_distance)
         shrink = MAX_DISC / np.maximum(s, MAX_DISC)
         z, s = z * shrink, s * shrink
-        low, high = _near_span(s)
-        near = _bilinear(self.near, _row_of_disc(s), (z - low) / (high - low))
-        safe_z = np.maximum(z, 1.0)
-        root = np.sqrt(safe_z)
-        amplitude = 1.0 / (2.0 * np.pi * root)
-        cubed = safe_z * root
-        psi = 4.0 / 3.0 * cubed - 5.0 / (24.0 * cubed)
-        phase = np.minimum(2.0 * root * s, MAX_PHASE)
-        phases = np.linspace(0.0, MAX_PHASE, FRINGE_SIZE)
-        sine, cosine = (np.interp(phase, phases, self.fringe[:, k]) for k in range(2))
+        fringes = self._fringes(z, s)
         # The disc's mean of 1/sqrt(z) is greater than at its centre, in first order by this.
-        caustic = 1.0 + 3.0 / 32.0 * (s / safe_z) ** 2
-        far = caustic + sine * np.sin(psi) + cosine / cubed * np.cos(psi)
-        value = np.where(z < high, near, amplitude * far)
+        caustic = 1.0 + 3.0 / 32.0 * (s / fringes.z) ** 2
+        far = fringes.amplitude * (caustic + fringes.sine)
+        value = np.where(z < _near_span(s)[1], self._near(0, z, s), far)
 
         close = (distance < POLE_DISTANCE) & (z > 1.0)
         if np.any(close):
-            d, p = np.sqrt(distance[close] / POLE_DISTANCE), phase[close] / MAX_PHASE
+            d, p = np.sqrt(distance[close] / POLE_DISTANCE), fringes.phase[close] / MAX_PHASE
             real = _bilinear(self.pole[..., 0], d, p)
             imag = _bilinear(self.pole[..., 1], d, p)
-            ring = np.sin(psi[close]) * real - np.cos(psi[close]) * imag
+            psi = fringes.psi[close]
             value = np.array(value)
-            value[close] += amplitude[close] * ring
+            value[close] += fringes.amplitude[close] * (np.sin(psi) * real - np.cos(psi) * imag)
         return np.asarray(np.sqrt(shrink) * value)
+
+    def running_airy_squared(self, z: Array, s: Array) -> Array:
+        """Look up the disc mean of the integral of Ai²(-z) from the shadow up to z.
+
+        Differences of it are exact means over a range of angles, however many fringes lie there.
+        The rings about the poles are left out: they matter within a few disc radii only, where a
+        lamp's light, which comes under all angles, is smeared out anyway.
+
+        Args:
+            z: scaled angle into the bright side.
+            s: scaled disc radius, 0 or more.
+
+        Returns:
+            The mean of the integral, shape of the broadcast arguments.
+        """
+        z, s = np.broadcast_arrays(z, s)
+        shrink = MAX_DISC / np.maximum(s, MAX_DISC)
+        z, s = z * shrink, s * shrink
+        fringes = self._fringes(z, s)
+        safe, cubed = fringes.z, fringes.z**1.5
+        # By parts from (1 + sin(psi)) / (2 pi sqrt(z)), to the third order in z^(-3/2).
+        far = (
+            np.sqrt(safe) / np.pi * (1.0 - (s / safe) ** 2 / 32.0 + 1.0 / (32.0 * safe**3))
+            - fringes.cosine / (4.0 * np.pi * safe)
+            - fringes.damping * np.sin(fringes.psi) / (8.0 * np.pi * safe * cubed)
+        )
+        value = np.where(z < _near_span(s)[1], self._near(1, z, s), far)
+        return np.asarray(value / np.sqrt(shrink))
+
+    def _near(self, channel: int, z: Array, s: Array) -> Array:
+        low, high = _near_span(s)
+        return _bilinear(self.near[..., channel], _row_of_disc(s), (z - low) / (high - low))
+
+    def _fringes(self, z: Array, s: Array) -> _Fringes:
+        safe = np.maximum(z, 1.0)
+        root, cubed = np.sqrt(safe), safe**1.5
+        psi = 4.0 / 3.0 * cubed - 5.0 / (24.0 * cubed)
+        phase = np.minimum(2.0 * root * s, MAX_PHASE)
+        phases = np.linspace(0.0, MAX_PHASE, FRINGE_SIZE)
+        damping, bend = (np.interp(phase, phases, self.fringe[:, k]) for k in range(2))
+        return _Fringes(
+            z=safe,
+            amplitude=0.5 / (np.pi * root),
+            psi=psi,
+            phase=phase,
+            damping=damping,
+            sine=damping * np.sin(psi) + bend / cubed * np.cos(psi),
+            cosine=damping * np.cos(psi) - bend / cubed * np.sin(psi),
+        )
 
     def cross_section(
         self, bow: Bow, component: Array, radius_m: Array, theta_rad: Array, disc_rad: float
@@ -252,7 +306,7 @@ def build_airy_table() -> AiryTable:
 
 def airy_table() -> AiryTable:
     """Give the table, from the cache where it lies there already."""
-    key = f"airy layout 2 {sorted(shader_constants().items())}"
+    key = f"airy layout 3 {sorted(shader_constants().items())}"
 
     def build() -> dict[str, NDArray[np.float32]]:
         table = build_airy_table()

@@ -1,0 +1,219 @@
+"""Compiled loops of the reference for lamps: pieces of rays in angle, and their sum."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numba import njit, prange
+
+from rtbow.arrays import Array, Indices
+from rtbow.reference_kernel import (
+    AIRY_HIGH,
+    AIRY_LOW,
+    AIRY_PER_UNIT,
+    airy_grid,
+    airy_squared_at,
+    cut_ray,
+    interpolate,
+)
+
+
+@lru_cache(maxsize=1)
+def _running_grid() -> Array:
+    """Running integrals of Ai²(-z) and Ai²(-z) itself, their slope, on a fine grid: (n, 2)."""
+    from rtbow.airy import airy_squared_and_integral
+
+    count = int((AIRY_HIGH - AIRY_LOW) * AIRY_PER_UNIT) + 1
+    value, integral = airy_squared_and_integral(np.linspace(AIRY_LOW, AIRY_HIGH, count))
+    return np.ascontiguousarray(np.stack([integral, value], axis=1))
+
+
+@njit(cache=True)
+def _running_at(z: float, grid: Array) -> float:
+    """Integral of Ai²(-z) from the shadow up to z, to 1e-7: Hermite steps, asymptotic beyond."""
+    if z < AIRY_LOW:
+        return 0.0
+    if z >= AIRY_HIGH - 0.01:
+        root = np.sqrt(z)
+        cubed = z * root
+        psi = 4.0 / 3.0 * cubed - 5.0 / (24.0 * cubed)
+        mean = root / np.pi * (1.0 + 1.0 / (32.0 * cubed * cubed))
+        ripple = np.cos(psi) / (4.0 * np.pi * z) + np.sin(psi) / (8.0 * np.pi * z * cubed)
+        return float(mean - ripple)
+    at = (z - AIRY_LOW) * AIRY_PER_UNIT
+    k = int(at)
+    f = at - k
+    g = 1.0 - f
+    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
+    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
+    return float(g * g * left + f * f * right)
+
+
+@njit(cache=True)
+def lamp_pieces(
+    origin: Array,
+    rays: Array,
+    entry: Array,
+    leave: Array,
+    box: Array,
+    moments: Array,
+    longest: float,
+    lamp: Array,
+    lamp_radius: float,
+    finest: float,
+    nearest: float,
+) -> tuple[Indices, Array]:
+    """Cut rays into pieces that are small in angle at a lamp and lie within one grid cell.
+
+    Args:
+        origin: the eye (3,), m.
+        rays: unit directions (n, 3).
+        entry: distance of entry into the box (n,).
+        leave: distance of exit (n,).
+        box: corners (2, 3), m.
+        moments: density and density · radius (nz, ny, nx, 2).
+        longest: longest piece, m.
+        lamp: the lamp's centre (3,), m.
+        lamp_radius: its radius, m; the part of a ray inside is left out.
+        finest: largest angle of a piece at the lamp, rad.
+        nearest: rays pass a lamp's centre no nearer than this, m.
+
+    Returns:
+        First piece of each ray (n + 1,) and per piece (m, 6): distance of its middle [m], density
+        times the integral of dt/d² [m⁻⁴], radius [m], the scattering angles at its ends [rad],
+        and the lamp's angular radius [rad].
+    """
+    counts = np.array([moments.shape[2], moments.shape[1], moments.shape[0]])
+    start = np.zeros(len(rays) + 1, dtype=np.int64)
+    pieces = [(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
+    towards = lamp - origin
+    for pixel in range(len(rays)):
+        ray = rays[pixel]
+        foot = np.sum(towards * ray)
+        side = max(np.sqrt(np.sum((towards - foot * ray) ** 2)), nearest)
+        chord = np.sqrt(max(lamp_radius**2 - side**2, 0.0))
+        if entry[pixel] < leave[pixel]:
+            cuts = cut_ray(origin, ray, entry[pixel], leave[pixel], box, counts, longest)
+            for k in range(len(cuts) - 1):
+                for part in range(2):  # before and behind the lamp's own sphere
+                    low = cuts[k] if part == 0 else max(cuts[k], foot + chord)
+                    high = min(cuts[k + 1], foot - chord) if part == 0 else cuts[k + 1]
+                    if chord == 0.0:
+                        low, high = cuts[k], (cuts[k + 1] if part == 0 else cuts[k])
+                    if high <= low:
+                        continue
+                    first, last = np.arctan((low - foot) / side), np.arctan((high - foot) / side)
+                    number = max(1, int(np.ceil((last - first) / finest)))
+                    turn = (last - first) / number
+                    # Beside the line through the lamp the angles are all but pi/2 and equal:
+                    # there steps in 1/distance are steps in angle.
+                    thin = (last - first) < 1e-6
+                    for j in range(number):
+                        if thin:
+                            a, b = low, high
+                            light = (b - a) / (side**2 + (a - foot) * (b - foot))
+                            middle = 0.5 * (a + b) - foot
+                        else:
+                            a = foot + side * np.tan(first + j * turn)
+                            b = foot + side * np.tan(first + (j + 1) * turn)
+                            light = turn / side
+                            middle = side * np.tan(first + (j + 0.5) * turn)
+                        density, product = interpolate(origin + (foot + middle) * ray, box, moments)
+                        if density > 0.0:
+                            d = max(np.sqrt(side**2 + middle**2), lamp_radius * (1.0 + 1e-9))
+                            pieces.append(
+                                (
+                                    foot + middle,
+                                    density * light,
+                                    product / density,
+                                    np.arctan2(side, foot - a),
+                                    np.arctan2(side, foot - b),
+                                    np.arcsin(lamp_radius / d),
+                                )
+                            )
+        start[pixel + 1] = len(pieces) - 1
+    table = np.empty((len(pieces) - 1, 6))
+    for n in range(1, len(pieces)):
+        for c in range(6):
+            table[n - 1, c] = pieces[n][c]
+    return start, table
+
+
+@njit(cache=True, parallel=True)
+def _integrate_lamp(
+    start: Indices,
+    pieces: Array,
+    column: Array,
+    bows: Array,
+    sides: Array,
+    air_depth: Array,
+    colour: Array,
+    running: Array,
+    grid: Array,
+) -> Array:
+    pixels, wavelengths = len(start) - 1, len(air_depth)
+    xyz = np.zeros((pixels, 3))
+    for pixel in prange(pixels):
+        for k in range(start[pixel], start[pixel + 1]):
+            radius, disc = pieces[k, 2], pieces[k, 5]
+            scale_power, strength_power = radius ** (2.0 / 3.0), radius ** (7.0 / 3.0)
+            for w in range(wavelengths):
+                section = 0.0
+                for b in range(len(sides)):
+                    scale = bows[b, 1, w] * scale_power
+                    low = scale * sides[b] * (pieces[k, 3] - bows[b, 0, w])
+                    high = scale * sides[b] * (pieces[k, 4] - bows[b, 0, w])
+                    spread = scale * disc
+                    if max(low, high) + spread < AIRY_LOW:
+                        continue
+                    # Chords across the disc; fringes of the running integral are weak, so that
+                    # nodes for the phase across the disc's inner part are plenty.
+                    phase = 2.0 * np.sqrt(max(max(low, high) + spread, 1.0)) * spread
+                    count = 1 if disc == 0.0 else 10 + int(min(0.3 * phase + 4.0 * spread, 240.0))
+                    mean = 0.0
+                    for j in range(count):
+                        angle = (j + 0.5) * np.pi / count
+                        shift = spread * np.cos(angle)
+                        share = 2.0 / count * np.sin(angle) ** 2 if count > 1 else 1.0
+                        if abs(high - low) > 1e-3:
+                            rise = _running_at(high + shift, running) - _running_at(
+                                low + shift, running
+                            )
+                            mean += share * rise / (high - low)
+                        else:
+                            mean += share * airy_squared_at(0.5 * (low + high) + shift, grid)
+                    section += bows[b, 2, w] * strength_power * mean
+                value = pieces[k, 1] * section * np.exp(-air_depth[w] * column[k])
+                for c in range(3):
+                    xyz[pixel, c] += value * colour[w, c]
+    return xyz
+
+
+def integrate_lamp(
+    start: Indices,
+    pieces: Array,
+    column: Array,
+    bows: Array,
+    sides: Array,
+    air_depth: Array,
+    colour: Array,
+) -> Array:
+    """Sum the pieces of each pixel over wavelengths, for one lamp.
+
+    Args:
+        start: first piece of each pixel (n + 1,).
+        pieces: as :func:`lamp_pieces` gives them (m, 6).
+        column: air column towards lamp and eye per piece, in H0 (m,).
+        bows: (bows, 3, W): angle, scale and strength per wavelength.
+        sides: (bows,): +1 or -1.
+        air_depth: vertical optical depth (W,).
+        colour: (W, 3), lm/sr.
+
+    Returns:
+        X, Y, Z per pixel (n, 3), Y in cd/m².
+    """
+    grids = (_running_grid(), airy_grid())
+    return np.asarray(
+        _integrate_lamp(start, pieces, column, bows, sides, air_depth, colour, *grids)
+    )
