@@ -91,11 +91,13 @@ def segment_column(height_m: Values, rise: Values, length_m: Values) -> Array:
         Column in units of H0, the broadcast shape. Flat shells are within 1e-4 for lengths up to
         2 km and within 0.3 % up to 20 km.
     """
-    u = np.asarray(rise) * np.asarray(length_m) / SCALE_HEIGHT_M
-    small = np.abs(u) < 1e-9
+    # From the lower end: exp(-u) would overflow on a long way down from thin air.
+    climb = floats(np.asarray(rise) * np.asarray(length_m))
+    u = np.abs(climb) / SCALE_HEIGHT_M
+    low = np.asarray(height_m) + np.minimum(climb, 0.0)
+    small = u < 1e-9
     ratio = np.where(small, 1.0 - 0.5 * u, -np.expm1(-u) / np.where(small, 1.0, u))
-    start = np.exp(-np.asarray(height_m) / SCALE_HEIGHT_M)
-    return floats(start * np.asarray(length_m) / SCALE_HEIGHT_M * ratio)
+    return floats(np.exp(-low / SCALE_HEIGHT_M) * np.asarray(length_m) / SCALE_HEIGHT_M * ratio)
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,13 @@ def cached_arrays(name: str, key: str, build: Callable[[], Mapping[str, Any]]) -
     return arrays
 
 
+def source_digest(*modules: str) -> str:
+    """Give a hash of modules of this package, for keys of what they compute."""
+    folder = Path(__file__).resolve().parent
+    texts = [(folder / f"{name}.py").read_bytes() for name in modules]
+    return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
+
+
 def cache_size() -> int:
     """Return the bytes that this program's files take in the cache folder."""
     total = 0

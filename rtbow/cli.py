@@ -219,6 +219,11 @@ def render(
     if seed is not None:
         overrides["droplets.seed"] = seed
     loaded = load_scene(scene, overrides)
+    if seed is not None and loaded.droplets.file is not None:
+        raise InputError(
+            f"--seed {seed}: the drops of {loaded.source_name} come from a volume file, where"
+            " nothing is drawn; leave --seed out"
+        )
     with Renderer(loaded, backend) as renderer:
         rgb = renderer.render(method, _progress("rendering", quiet))
         metadata = {

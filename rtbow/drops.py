@@ -35,8 +35,8 @@ def marshall_palmer(diameter_m: Array, rain_rate_mm_h: float) -> Array:
 
 
 def _normal_radii(rng: Generator, mean: float, std: float, count: int) -> Array:
-    """Draw from a normal distribution cut to the allowed radii, by drawing again."""
-    # The cut distribution by inversion of its share of the whole: no loop that might not end.
+    """Draw from a normal distribution cut to the allowed radii."""
+    # By inversion of its share of the whole: no loop that might not end.
     from scipy.stats import truncnorm
 
     low, high = (MIN_RADIUS_UM - mean) / std, (MAX_RADIUS_UM - mean) / std

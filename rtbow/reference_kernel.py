@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numba import njit, prange
 
 from rtbow.arrays import Array, Indices
+from rtbow.compiled import compiled, prange
 
 AIRY_LOW, AIRY_HIGH, AIRY_PER_UNIT = -14.0, 34.0, 128
 """Range in z and density of the grids on which Airy's functions are stepped."""
@@ -26,7 +26,7 @@ def airy_grid() -> Array:
     return np.ascontiguousarray(np.stack([value**2, -2.0 * value * slope], axis=1))
 
 
-@njit(cache=True, inline="always")
+@compiled()
 def airy_squared_at(z: float, grid: Array) -> float:
     """Ai²(-z) to 1e-7 of its peak or better everywhere.
 
@@ -52,7 +52,7 @@ def airy_squared_at(z: float, grid: Array) -> float:
     return float(g * g * left + f * f * right)
 
 
-@njit(cache=True)
+@compiled()
 def cut_ray(
     origin: Array, ray: Array, entry: float, leave: float, box: Array, counts: Array, longest: float
 ) -> Array:
@@ -77,7 +77,7 @@ def cut_ray(
     return np.array(fine)
 
 
-@njit(cache=True)
+@compiled()
 def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
     """Trilinear density and density · radius at a point of the box."""
     nz, ny, nx = moments.shape[:3]
@@ -105,7 +105,7 @@ def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]
     return density, product
 
 
-@njit(cache=True)
+@compiled()
 def _nodes_for(
     origin: Array, ray: Array, start: float, end: float, box: Array, moments: Array
 ) -> int:
@@ -125,7 +125,7 @@ def _nodes_for(
     return 3 + int(np.ceil(NODES_PER_LOG_RADIUS * np.log(most / least)))
 
 
-@njit(cache=True)
+@compiled()
 def sample_rays(
     origin: Array,
     rays: Array,
@@ -173,7 +173,7 @@ def sample_rays(
     return start, np.array(distance)[1:], np.array(weight)[1:], np.array(radius)[1:]
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _integrate(
     start: Indices,
     weight: Array,

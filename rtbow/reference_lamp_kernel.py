@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numba import njit, prange
 
 from rtbow.arrays import Array, Indices
+from rtbow.compiled import compiled, prange
 from rtbow.reference_kernel import (
     AIRY_HIGH,
     AIRY_LOW,
@@ -29,7 +29,7 @@ def _running_grid() -> Array:
     return np.ascontiguousarray(np.stack([integral, value], axis=1))
 
 
-@njit(cache=True)
+@compiled()
 def _running_at(z: float, grid: Array) -> float:
     """Integral of Ai²(-z) from the shadow up to z, to 1e-7: Hermite steps, asymptotic beyond."""
     if z < AIRY_LOW:
@@ -50,7 +50,7 @@ def _running_at(z: float, grid: Array) -> float:
     return float(g * g * left + f * f * right)
 
 
-@njit(cache=True)
+@compiled()
 def lamp_pieces(
     origin: Array,
     rays: Array,
@@ -140,7 +140,7 @@ def lamp_pieces(
     return start, table
 
 
-@njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _integrate_lamp(
     start: Indices,
     pieces: Array,

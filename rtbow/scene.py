@@ -362,7 +362,7 @@ class Atmosphere(Table):
 
     rayleigh: bool = Field(
         True,
-        description="attenuation and scattering by the air's molecules",
+        description="attenuation by the air's molecules",
         json_schema_extra=_unit(""),
     )
 

@@ -21,12 +21,13 @@ from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics, scene_optics
 from rtbow.scene import Camera, Scene
 from rtbow.steps import lamp_steps, most_steps, step_rates
-from rtbow.table import NEAR_Z_LOW, POLE_DISTANCE, airy_table, shader_constants
+from rtbow.table import NEAR_S_FIXED, NEAR_Z_LOW, POLE_DISTANCE, airy_table, shader_constants
 from rtbow.volume import DropletVolume, build_volume
 
 _MAX_STEPS = 1 << 20
-_MAX_SECTIONS = 1024
-"""Cross-sections that a pixel may keep in an array, over wavelengths and lights."""
+_MAX_SECTIONS = 128
+"""Cross-sections that a pixel may keep in an array, over wavelengths and suns. Mesa's CPU driver
+takes 0.4 s to compile an array of 81 and minutes for one of 401."""
 _LOOP_BUDGET = 50_000
 """Loop iterations of one pixel in one pass. Mesa's CPU driver ends all of a shader's loops after
 65,535 iterations in sum, silently; longer marches are drawn in several passes that add up."""
@@ -64,9 +65,19 @@ def shader_defines(scene: Scene, optics: Optics, volume: DropletVolume) -> dict[
         "LAMP_COUNT": len(optics.lamps),
         "DISC": any(sun.disc_rad > 0.0 for sun in optics.suns)
         or any(lamp.radius_m > 0.0 for lamp in optics.lamps),
+        "WIDE": _widest_disc(optics, volume) > NEAR_S_FIXED,
         "ONE_RADIUS": _one_radius(optics, volume),
         "POLE": _pole_in_view(scene.camera, optics),
     }
+
+
+def _widest_disc(optics: Optics, volume: DropletVolume) -> float:
+    """Largest scaled disc of any sun, bow, wavelength and drop; infinite for lamps with a size."""
+    if any(lamp.radius_m > 0.0 for lamp in optics.lamps):
+        return np.inf  # a drop may be next to the lamp
+    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
+    scale = max(float(bow.scale.max()) for bow in optics.bows)
+    return float(scale * (volume.radius_range_um[1] * 1e-6) ** SCALE_POWER * disc)
 
 
 def _one_radius(optics: Optics, volume: DropletVolume) -> bool:
@@ -74,7 +85,7 @@ def _one_radius(optics: Optics, volume: DropletVolume) -> bool:
     smallest, largest = volume.radius_range_um
     # With air the shader keeps an array of them; very fine wavelength steps would outgrow it.
     held = len(optics.wavelength_nm) * len(optics.suns) if optics.has_air else 0
-    return smallest == largest and (volume.uniform or held <= _MAX_SECTIONS)
+    return smallest == largest and held <= _MAX_SECTIONS
 
 
 def _pole_in_view(camera: Camera, optics: Optics) -> bool:

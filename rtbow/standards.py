@@ -12,7 +12,7 @@ from importlib.metadata import version
 import numpy as np
 
 from rtbow.arrays import Array
-from rtbow.cache import cached_arrays
+from rtbow.cache import cached_arrays, source_digest
 from rtbow.constants import VISIBLE_NM
 
 
@@ -40,7 +40,7 @@ def standard_arrays() -> dict[str, Array]:
         ``cmf_nm`` (n,), ``cmf_xyz`` (n, 3), and for each illuminant an array
         ``illuminant:NAME`` (2, n) of wavelength in nm and relative power.
     """
-    key = f"colour-science {version('colour-science')}; layout 1"
+    key = f"colour-science {version('colour-science')} {source_digest('standards', 'constants')}"
     return cached_arrays("cie-standards", key, _extract)
 
 

@@ -17,7 +17,7 @@ SAMPLES_PER_CELL = 1.5
 """Midpoint samples per grid cell crossed, where neighbouring grid points hold like drops. Between
 them density is linear along an axis, so what is left is an error in the grid's second differences:
 2e-4 of the frame's peak at the 99th percentile in a smooth shower (1 sample: 8e-4; 2: 9e-5)."""
-SAMPLES_PER_LOG_RADIUS = 12.0
+SAMPLES_PER_LOG_RADIUS = 16.0
 """Further samples per cell and per unit of the logarithm of the radius between neighbours, whose
 fringes a ray crosses on its way. Radii drawn at each point, 0.3-0.7 mm: 1e-3; Marshall-Palmer:
 2e-3."""

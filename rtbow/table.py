@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared_and_integral
 from rtbow.arrays import Array, floats
-from rtbow.cache import cached_arrays
+from rtbow.cache import cached_arrays, source_digest
 from rtbow.disc import disc_nodes
 
 # --- Layout, shared with the shader through :func:`shader_constants` --------------------------
@@ -36,6 +36,8 @@ NEAR_Z_HIGH = 11.0
 NEAR_S_FIXED = 2.0
 """Up to this disc the near rows all span the same z, so that fringes line up between rows; wider
 discs have no fringes left, and their rows widen with the disc."""
+NEAR_WIDENING = 2.5
+"""Growth of the near rows' upper end with the disc: the far form wants fringes well inside."""
 NEAR_COLUMNS = 1536
 NEAR_ROWS = 192
 MAX_DISC = 24.0
@@ -57,6 +59,7 @@ def shader_constants() -> dict[str, float]:
         "AIRY_NEAR_Z_LOW": NEAR_Z_LOW,
         "AIRY_NEAR_Z_HIGH": NEAR_Z_HIGH,
         "AIRY_NEAR_S_FIXED": NEAR_S_FIXED,
+        "AIRY_NEAR_WIDENING": NEAR_WIDENING,
         "AIRY_NEAR_COLUMNS": float(NEAR_COLUMNS),
         "AIRY_NEAR_ROWS": float(NEAR_ROWS),
         "AIRY_MAX_DISC": MAX_DISC,
@@ -80,7 +83,12 @@ def _row_of_disc(s: Array) -> Array:
 def _near_span(s: Array) -> tuple[Array, Array]:
     """Give the z range of the near rows for discs ``s``."""
     wide = np.maximum(s - NEAR_S_FIXED, 0.0)
-    return NEAR_Z_LOW - NEAR_S_FIXED - wide, NEAR_Z_HIGH + 1.5 * wide
+    return NEAR_Z_LOW - NEAR_S_FIXED - wide, NEAR_Z_HIGH + NEAR_WIDENING * wide
+
+
+def near_z_high(s: float) -> float:
+    """Give the z up to which look-ups for a disc ``s`` use the near rows."""
+    return float(_near_span(floats(s))[1])
 
 
 _LINE_STEP = 4e-3
@@ -106,7 +114,7 @@ def _build_near() -> Array:
     for row, disc in enumerate(s):
         z = (low[row] + (high[row] - low[row]) * v)[:, None]
         # Midpoints in the angle whose cosine runs across the disc: its chords as the weight.
-        count = 12 + int(5.0 * disc)
+        count = 12 + int(3.5 * disc)
         angle = (np.arange(count) + 0.5) * np.pi / count
         chord = 2.0 / count * np.sin(angle) ** 2
         at = z + disc * np.cos(angle)
@@ -306,7 +314,8 @@ def build_airy_table() -> AiryTable:
 
 def airy_table() -> AiryTable:
     """Give the table, from the cache where it lies there already."""
-    key = f"airy layout 3 {sorted(shader_constants().items())}"
+    # By content: whatever these modules compute differently makes another table.
+    key = f"airy {source_digest('airy', 'disc', 'table')}"
 
     def build() -> dict[str, NDArray[np.float32]]:
         table = build_airy_table()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.arrays import Array
-from rtbow.constants import MAX_DENSITY_PER_M3, MAX_RADIUS_UM, MIN_RADIUS_UM
+from rtbow.constants import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.drops import draw_drops
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
@@ -135,6 +136,28 @@ _UNREADABLE = (
 )  # fmt: skip
 
 
+def _check_size(path: Path) -> None:
+    """Refuse arrays that are too large, by their headers, before any of them is unpacked."""
+    if not zipfile.is_zipfile(path):
+        return  # told later
+    with zipfile.ZipFile(path) as archive:
+        for name in ("radius_um.npy", "number_per_m3.npy", "box_m.npy"):
+            if name not in archive.namelist():
+                continue
+            with archive.open(name) as file:
+                version = np.lib.format.read_magic(file)
+                read = {
+                    (1, 0): np.lib.format.read_array_header_1_0,
+                    (2, 0): np.lib.format.read_array_header_2_0,
+                }.get(version)
+                shape = read(file)[0] if read else ()
+            if math.prod(shape) > MAX_GRID_POINTS:
+                raise InputError(
+                    f"{path}: {name.removesuffix('.npy')} has {math.prod(shape):,} points; must"
+                    f" have up to {MAX_GRID_POINTS:,}; use a coarser volume"
+                )
+
+
 def load_volume(path: Path) -> DropletVolume:
     """Read and check a volume file.
 
@@ -147,6 +170,7 @@ def load_volume(path: Path) -> DropletVolume:
             # Of anything else than zip and npy, np.load says that it is a pickle.
             if not file.read(6).startswith((b"PK", b"\x93NUMPY")):
                 raise InputError(f"{path}: is not an .npz file; {_EXPECTED}")
+            _check_size(path)
             file.seek(0)
             data = np.load(file, allow_pickle=False)
             if not isinstance(data, np.lib.npyio.NpzFile):

@@ -4,10 +4,25 @@
 // Ai^2(-z) averaged over the light's disc (rtbow/table.py builds the three textures and says what
 // they hold). z: scaled angle into the bright side; disc: the disc's radius in the same scale.
 
+// WIDE: some disc's rows span more than the common range of z, or is beyond the table. Divisions and
+// roots are what a look-up costs on a CPU, so that code is left out where no disc is so wide.
+
 // z range of a row of the near texture.
 vec2 airyNearSpan(Number disc) {
-    Number wide = max(disc - AIRY_NEAR_S_FIXED, 0.0);
-    return vec2(AIRY_NEAR_Z_LOW - AIRY_NEAR_S_FIXED - wide, AIRY_NEAR_Z_HIGH + 1.5 * wide);
+    vec2 span = vec2(AIRY_NEAR_Z_LOW - AIRY_NEAR_S_FIXED, AIRY_NEAR_Z_HIGH);
+#if WIDE
+    span += max(disc - AIRY_NEAR_S_FIXED, 0.0) * vec2(-1.0, AIRY_NEAR_WIDENING);
+#endif
+    return span;
+}
+
+// Wider discs than the table's leave only Descartes' caustic, which scales: both arguments shrink.
+Number airyShrink(Number disc) {
+#if WIDE
+    return AIRY_MAX_DISC / max(disc, AIRY_MAX_DISC);
+#else
+    return 1.0;
+#endif
 }
 
 // Around the bow: the mean (r) and, where the texture holds it, its running integral (g).
@@ -24,50 +39,51 @@ vec2 airyNear(sampler2D near, Number z, Number disc) {
 
 // Fringes far inside the bow: Ai^2(-z) = amplitude (1 + sin psi).
 struct Fringes {
-    Number z;              // at least 1
-    Number root;           // of z
+    Number root;           // of z, which is at least 1 here
+    Number inverse;        // z^(-3/2)
     Angle psi;
     Number phase;          // across the disc's radius, share of AIRY_MAX_PHASE
     Number damping;        // what the disc leaves of the fringes
-    Number bend;           // and what their narrowing across it adds, times z^(-3/2)
+    Number bend;           // and what their narrowing across it adds
 };
 
 Fringes airyFringes(sampler2D fringe, Number z, Number disc) {
     Number safe = max(z, 1.0);
     Number root = sqrt(safe);
-    Number cubed = safe * root;
-    Angle psi = 4.0 / 3.0 * cubed - 5.0 / (24.0 * cubed);
+    Number inverse = 1.0 / (safe * root);
+    Angle psi = 4.0 / 3.0 * safe * root - 5.0 / 24.0 * inverse;
     // Brought near 0 first: sine keeps few digits of thousands of radians.
-    psi -= 2.0 * PI * floor(psi / (2.0 * PI) + 0.5);
+    psi -= 2.0 * PI * floor(psi * (0.5 / PI) + 0.5);
 #if DISC
-    Number phase = 2.0 * root * disc / AIRY_MAX_PHASE;
-    vec2 f = textureLod(fringe, vec2(texelCentred(phase, AIRY_FRINGE_SIZE), 0.5), 0.0).rg;
-    return Fringes(safe, root, psi, phase, f.x, f.y / cubed);
+    Number phase = 2.0 / AIRY_MAX_PHASE * root * disc;
+    // Two fetches by hand: a filtered one of a texture one texel high would read four texels.
+    Number column = min(phase, 1.0) * (AIRY_FRINGE_SIZE - 1.0);
+    int left = int(min(column, AIRY_FRINGE_SIZE - 2.0));
+    vec2 f = mix(texelFetch(fringe, ivec2(left, 0), 0).rg,
+                 texelFetch(fringe, ivec2(left + 1, 0), 0).rg, column - float(left));
+    return Fringes(root, inverse, psi, phase, f.x, f.y * inverse);
 #else
-    return Fringes(safe, root, psi, 0.0, 1.0, 0.0);
+    return Fringes(root, inverse, psi, 0.0, 1.0, 0.0);
 #endif
 }
 
-// Ai^2(-z) averaged over the disc. Worst error 0.02 % of the bow's peak without a disc, 0.12 % with
-// the sun's, 0.9 % with any.
+// Ai^2(-z) averaged over the disc. `rtbow table info` measures the worst errors: 0.02 % of the bow's
+// peak without a disc, 0.2 % with the sun's, 1 % with any up to 5 degrees across.
 // poleDistance, in disc radii: where the disc covers rings about the axis instead of strips.
 Number airyMean(sampler2D near, sampler2D fringe, sampler2D pole,
                 Number z, Number disc, Number poleDistance) {
-    // Wider discs than the table's leave only Descartes' caustic, which scales.
-    Number shrink = AIRY_MAX_DISC / max(disc, AIRY_MAX_DISC);
+    Number shrink = airyShrink(disc);
     z *= shrink;
     disc *= shrink;
     Fringes f = airyFringes(fringe, z, disc);
-    Number amplitude = 0.5 / (PI * f.root);
-    Number value;
-    if (z < airyNearSpan(disc).y) {
-        value = airyNear(near, z, disc).r;
-    } else {
-        // The disc's mean of 1/sqrt(z) is greater than at its centre, in first order by this.
-        Number caustic = 1.0 + 3.0 / 32.0 * (disc / z) * (disc / z);
-        value = amplitude * (caustic + f.damping * sin(f.psi) + f.bend * cos(f.psi));
-    }
-#if POLE
+    Number amplitude = 0.5 / PI * f.root * f.root * f.inverse;
+    // The disc's mean of 1/sqrt(z) is greater than at its centre, in first order by this.
+    Number wide = disc * f.root * f.inverse;
+    Number value = z < airyNearSpan(disc).y
+        ? airyNear(near, z, disc).r
+        : amplitude * (1.0 + 3.0 / 32.0 * wide * wide + f.damping * sin(f.psi)
+                       + f.bend * cos(f.psi));
+#if POLE && DISC
     if (poleDistance < AIRY_POLE_DISTANCE && z > 1.0) {
         vec2 at = vec2(texelCentred(f.phase, AIRY_POLE_COLUMNS),
                        texelCentred(sqrt(poleDistance / AIRY_POLE_DISTANCE), AIRY_POLE_ROWS));
@@ -75,27 +91,30 @@ Number airyMean(sampler2D near, sampler2D fringe, sampler2D pole,
         value += amplitude * (sin(f.psi) * ring.r - cos(f.psi) * ring.g);
     }
 #endif
-    return sqrt(shrink) * value;
+#if WIDE
+    value *= sqrt(shrink);
+#endif
+    return value;
 }
 
 #if LAMP_COUNT
 // The integral of Ai^2(-z) from the shadow up to z, averaged over the disc: 4e-4 at the most, where
 // it is of order 1. Without the rings about the poles, which matter within a few disc radii only.
 Number airyRunning(sampler2D near, sampler2D fringe, Number z, Number disc) {
-    Number shrink = AIRY_MAX_DISC / max(disc, AIRY_MAX_DISC);
+    Number shrink = airyShrink(disc);
     z *= shrink;
     disc *= shrink;
-    Number value;
-    if (z < airyNearSpan(disc).y) {
-        value = airyNear(near, z, disc).g;
-    } else {
-        // (1 + sin psi) / (2 pi sqrt z) by parts, to the third order in z^(-3/2).
-        Fringes f = airyFringes(fringe, z, disc);
-        Number wide = disc / z;
-        value = f.root / PI * (1.0 - wide * wide / 32.0 + 1.0 / (32.0 * z * z * z))
-            - (f.damping * cos(f.psi) - f.bend * sin(f.psi)) / (4.0 * PI * z)
-            - f.damping * sin(f.psi) / (8.0 * PI * z * z * f.root);
-    }
-    return value * inversesqrt(shrink);
+    Fringes f = airyFringes(fringe, z, disc);
+    // (1 + sin psi) / (2 pi sqrt z) by parts, to the third order in z^(-3/2).
+    Number wide = disc * f.root * f.inverse;
+    Number cosine = f.damping * cos(f.psi) - f.bend * sin(f.psi);
+    Number value = z < airyNearSpan(disc).y
+        ? airyNear(near, z, disc).g
+        : f.root / PI * (1.0 + (f.inverse * f.inverse - wide * wide) / 32.0)
+            - f.root * f.inverse / (8.0 * PI) * (2.0 * cosine + f.damping * f.inverse * sin(f.psi));
+#if WIDE
+    value *= inversesqrt(shrink);
+#endif
+    return value;
 }
 #endif

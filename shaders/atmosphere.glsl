@@ -23,11 +23,14 @@ Column sunColumn(sampler2D logColumn, Length height, Angle altitude) {
     if (altitude < horizonAltitude(h)) return 1.0e30;
     vec2 size = vec2(textureSize(logColumn, 0));
     Column column = exp(texture(logColumn, columnTexel(h, altitude, size)).r);
-    return column * exp(min(h - height, 0.0) / SCALE_HEIGHT_M);
+    // Beyond both ends of the texture the column follows the density.
+    return column * exp((h - height) / SCALE_HEIGHT_M);
 }
 
 // Air column of a straight segment that starts at a height and rises by `rise` per metre.
 Column segmentColumn(Length height, Number rise, Length distance) {
+    // From the lower end: exp(-u) would overflow on a long way down from thin air.
     float u = rise * distance / SCALE_HEIGHT_M;
-    return exp(-height / SCALE_HEIGHT_M) * distance / SCALE_HEIGHT_M * meanDecay(u);
+    Length low = height + min(rise * distance, 0.0);
+    return exp(-low / SCALE_HEIGHT_M) * distance / SCALE_HEIGHT_M * meanDecay(abs(u));
 }

@@ -22,7 +22,7 @@ uniform sampler3D dropletMoments;
 #else
 uniform float uniformDensity;       // m^-3
 #endif
-#if ONE_RADIUS
+#if ONE_RADIUS || !GRID
 uniform float oneRadius;            // m
 #endif
 
@@ -86,6 +86,7 @@ Tristimulus sunlight(Direction ray, vec2 span) {
 #if ONE_RADIUS && AIR
         Sections sections[SUN_COUNT];
         for (int s = 0; s < SUN_COUNT; ++s) {
+            if (suns[s].firstBow > suns[s].lastBow) continue;
             sections[s] = crossSections(spectral, airyNearTable, airyFringeTable, airyPoleTable,
                                         suns[s], oneRadius);
         }

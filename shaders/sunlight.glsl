@@ -10,6 +10,7 @@ struct SunView {
     Angle theta;          // scattering angle, 0 = forward
     Angle altitude;
     Angle disc;           // angular radius
+    Number perDisc;       // its inverse
     int firstBow;         // bows that are not dark at this angle, for any wavelength and radius;
     int lastBow;          // none where first > last
 };
@@ -19,7 +20,7 @@ SunView viewSun(Direction towardsSun, Direction ray, Angle altitude, Angle disc,
                 Angle edge[BOW_COUNT]) {
     // Light travels along -towardsSun and on to the eye along -ray.
     Angle theta = angleBetween(towardsSun, ray);
-    SunView view = SunView(theta, altitude, disc, BOW_COUNT, -1);
+    SunView view = SunView(theta, altitude, disc, 1.0 / max(disc, 1.0e-9), BOW_COUNT, -1);
     for (int b = 0; b < BOW_COUNT; ++b) {
         if (BOW_SIDE[b] * (theta - edge[b]) > 0.0) {
             view.firstBow = min(view.firstBow, b);
@@ -29,7 +30,7 @@ SunView viewSun(Direction towardsSun, Direction ray, Angle altitude, Angle disc,
     return view;
 }
 
-// C(lambda, a, theta) for unpolarised light: the bows' intensities add.
+// C(lambda, a, theta), where some bow is not dark (firstBow <= lastBow), for unpolarised light: the bows' intensities add.
 CrossSection crossSection(sampler2D spectral, sampler2D near, sampler2D fringe, sampler2D pole,
                           int wavelength, Number radiusScale, Number radiusStrength,
                           SunView sun) {
@@ -45,7 +46,7 @@ CrossSection crossSection(sampler2D spectral, sampler2D near, sampler2D fringe, 
         Number scale = bow.scale * radiusScale;
         sum += bow.strength * radiusStrength
             * airyMean(near, fringe, pole, scale * side * (sun.theta - bow.angle),
-                       scale * sun.disc, toPole / max(sun.disc, 1.0e-9));
+                       scale * sun.disc, toPole * sun.perDisc);
     } while (++b <= sun.lastBow);
     return sum;
 }

@@ -7,7 +7,7 @@ from glsl_probe import probe
 
 from rtbow.camera import box_span, camera_basis, pixel_directions
 from rtbow.colour import XYZ_TO_RGB, xyz_to_rgb
-from rtbow.reference_kernel import _interpolate
+from rtbow.reference_kernel import interpolate
 from rtbow.scene import Camera
 from rtbow.spectral import _matrix_literal
 
@@ -216,7 +216,7 @@ class TestDroplets:
     def test_is_the_references(self, gl, rng, grid):
         place = rounded(np.vstack([rng.random((3000, 3)), rng.integers(0, 2, (50, 3))]))
         box = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
-        exact = np.array([_interpolate(p, box, grid.astype(np.float64)) for p in place])
+        exact = np.array([interpolate(p, box, grid.astype(np.float64)) for p in place])
         got = self.sample(gl, grid, place)
         # Worst 4e-7 of the greatest.
         np.testing.assert_allclose(got[:, 0], exact[:, 0], rtol=0.0, atol=1e-6 * grid[..., 0].max())

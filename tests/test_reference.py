@@ -18,7 +18,7 @@ from textbook import (
 from rtbow import reference
 from rtbow.colour import colour_matching
 from rtbow.reference import render_reference
-from rtbow.reference_kernel import _airy_grid, _airy_squared, sample_rays
+from rtbow.reference_kernel import airy_grid, airy_squared_at, sample_rays
 from rtbow.scene import Scene
 from rtbow.volume import DropletVolume, save_volume
 from rtbow.water import relative_index
@@ -322,7 +322,7 @@ def test_kernels_own_airy():
     from scipy.special import airy
 
     z = np.concatenate([np.linspace(-16.0, 40.0, 5001), np.geomspace(40.0, 900.0, 500)])
-    got = np.array([_airy_squared(float(at), _airy_grid()) for at in z])
+    got = np.array([airy_squared_at(float(at), airy_grid()) for at in z])
     # Worst 4e-8 of the peak.
     np.testing.assert_allclose(got, airy(-z)[0] ** 2, rtol=0.0, atol=1e-7 * 0.287)
 

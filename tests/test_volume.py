@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtbow.errors import InputError
-from rtbow.reference_kernel import _interpolate
+from rtbow.reference_kernel import interpolate
 from rtbow.scene import Droplets
 from rtbow.volume import DropletVolume, build_volume, load_volume, save_volume
 
@@ -104,7 +104,7 @@ class TestMoments:
         low, high = volume.box_m
         for i, j, k in np.ndindex(4, 3, 2):
             at = low + np.array([i / 3, j / 2, k / 1]) * (high - low)
-            number, product = _interpolate(at, volume.box_m, moments)
+            number, product = interpolate(at, volume.box_m, moments)
             assert number == pytest.approx(volume.number_per_m3[i, j, k], rel=1e-6)
             assert product / number == pytest.approx(1e-6 * volume.radius_um[i, j, k], rel=1e-6)
 
@@ -113,7 +113,7 @@ class TestMoments:
         moments = volume.moments().astype(np.float64)
         low, high = volume.box_m
         at = low + np.array([0.5 / 3, 0.0, 1.0]) * (high - low)
-        number, product = _interpolate(at, volume.box_m, moments)
+        number, product = interpolate(at, volume.box_m, moments)
         n = volume.number_per_m3[:2, 0, 1].astype(float)
         a = volume.radius_um[:2, 0, 1].astype(float)
         assert number == pytest.approx(n.mean(), rel=1e-6)
