@@ -255,6 +255,43 @@ def scenes() -> None:
 
 
 @rtbow.command()
+@click.option("-o", "--output", "output", required=True, metavar="DIR", help="Folder to write to.")
+@click.option("--only", multiple=True, metavar="NAME", help="Such as fig5f. May be repeated.")
+@click.option("--size", type=Size(), help="Width and height in pixels; left out: 480x270.")
+@click.option(
+    "--backend",
+    type=click.Choice(["auto", "egl", "osmesa", "window"]),
+    default="auto",
+    show_default=True,
+    help="How to get a GL context.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+def figures(
+    output: str, only: tuple[str, ...], size: tuple[int, int] | None, backend: Any, quiet: bool
+) -> None:
+    """Render the paper's figures, with a page of pictures and measured claims.
+
+    What is finished stays: an interrupted run goes on where it was.
+
+    Example: rtbow figures -o figures --only fig5f
+    """  # fmt: skip
+    from rtbow.figures import DEFAULT_SIZE, make_figures
+
+    verdicts = make_figures(
+        Path(output),
+        list(only),
+        size or DEFAULT_SIZE,
+        backend,
+        lambda name: _progress(name, quiet),
+    )
+    if not quiet:
+        for verdict in verdicts:
+            state = {True: "holds", False: "does not hold", None: "not measured"}[verdict.holds]
+            click.echo(f"figure {verdict.claim.figure}: {state}: {verdict.claim.text}")
+        click.echo(str(Path(output) / "index.html"))
+
+
+@rtbow.command()
 def info() -> None:
     """Show the GL backends that work here, versions, and the cache.
 

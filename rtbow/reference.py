@@ -180,6 +180,34 @@ def _moments(volume: DropletVolume) -> Array:
     return np.ascontiguousarray(moments.transpose(2, 1, 0, 3))
 
 
+def radiance_along(scene: Scene, rays: Array) -> Array:
+    """Give what the eye receives along some rays, in float64.
+
+    Args:
+        scene: the scene; its camera's position counts, not its direction.
+        rays: unit directions (n, 3).
+
+    Returns:
+        X, Y, Z (n, 3), Y in cd/m².
+    """
+    optics = scene_optics(scene)
+    volume = build_volume(scene.droplets)
+    origin = floats(scene.camera.position_m)
+    return _rays_xyz(optics, origin, rays, volume, _moments(volume))
+
+
+def _rays_xyz(
+    optics: Optics, origin: Array, rays: Array, volume: DropletVolume, moments: Array
+) -> Array:
+    xyz = np.zeros((len(rays), 3))
+    if optics.suns:
+        samples = _sample_row(origin, rays, volume, moments, optics.has_air)
+        xyz += _sun_xyz(optics, origin, rays, samples)
+    if optics.lamps:
+        xyz += _lamp_xyz(optics, origin, rays, volume, moments)
+    return xyz
+
+
 def render_reference(
     scene: Scene, progress: Progress = no_progress, columns: slice = slice(None)
 ) -> Array:
@@ -205,9 +233,5 @@ def render_reference(
     xyz = np.zeros((height, width, 3))
     for row in progress(range(height)):
         rays = pixel_directions(scene.camera, slice(row, row + 1))[0, columns]
-        if optics.suns:
-            samples = _sample_row(origin, rays, volume, moments, optics.has_air)
-            xyz[row] += _sun_xyz(optics, origin, rays, samples)
-        if optics.lamps:
-            xyz[row] += _lamp_xyz(optics, origin, rays, volume, moments)
+        xyz[row] = _rays_xyz(optics, origin, rays, volume, moments)
     return xyz_to_rgb(xyz)

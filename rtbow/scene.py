@@ -29,6 +29,7 @@ from rtbow.constants import (
     MIN_RADIUS_UM,
     VISIBLE_NM,
 )
+from rtbow.errors import InputError
 
 AXES = ("east", "north", "up")
 _DRAWN = "how radii are drawn at the grid points"
@@ -453,6 +454,9 @@ class Compare(Table):
         json_schema_extra=_unit(""),
     )
 
+    def __hash__(self) -> int:
+        return hash((self.split, *sorted(self.right)))
+
 
 class Scene(Table):
     """All that a picture depends on.
@@ -494,10 +498,20 @@ class Scene(Table):
         return self._source_name
 
     def parts(self) -> tuple[tuple["Scene", slice], ...]:
-        """The scenes that make up the picture and the columns that each fills, left to right."""
+        """The scenes that make up the picture and the columns that each fills, left to right.
+
+        Raises:
+            InputError: there is a ``compare``, but no scene of its right part; scene files and
+                their overrides make one.
+        """
         width = self.camera.size_px[0]
-        if self.compare is None or self._right is None:
+        if self.compare is None:
             return ((self, slice(0, width)),)
+        if self._right is None:
+            raise InputError(
+                f"{self._source_name}: compare is without the scene of its right part; load the "
+                "scene with load_scene or scene_from_text, or add it using with_right"
+            )
         column = round(self.compare.split * width)
         both = ((self, slice(0, column)), (self._right, slice(column, width)))
         return tuple(part for part in both if part[1].start < part[1].stop)

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from rtbow.errors import InputError
 from rtbow.resources import resource_dir
-from rtbow.scene import Density, Scene, density_key
+from rtbow.scene import Density, Light, Scene, density_key
 from rtbow.scene_errors import explain
 from rtbow.scene_schema import ROOT, Node, suggestion, toml_text
 
@@ -62,7 +62,7 @@ def scene_from_text(
     _resolve_paths(data, Path())  # paths of the file are absolute by now
     scene = _validated(data, name, changes)
     if scene.compare is not None:
-        scene = scene.with_right(_right_part(scene, data, name))
+        scene = scene.with_right(_right_part(scene, data, name, changes))
     if changes:
         text = text if text.endswith("\n") or not text else f"{text}\n"
         text += "".join(f"# --set {key}={toml_text(value)}\n" for key, value in changes.items())
@@ -76,38 +76,56 @@ def _validated(data: dict[str, Any], name: str, changes: Collection[str]) -> Sce
         raise InputError(explain(error, name, changes)) from None
 
 
-def _right_part(scene: Scene, data: dict[str, Any], name: str) -> Scene:
+def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collection[str]) -> Scene:
     """Make the scene of the right part of ``compare``: its keys are overrides of the left.
+
+    Args:
+        scene: the scene as it stands.
+        data: its values.
+        name: what messages call it.
+        overrides: dotted keys that came from ``--set``.
 
     Raises:
         InputError: a key that no scene has, one that both parts must share, or a wrong value.
     """
     assert scene.compare is not None
-    changes = dict(_flat("", scene.compare.right))
+    changes = dict(_flat(scene.compare.right))
+
+    def typed(key: str) -> str:
+        """Name a key as it was typed: after ``--set``, or in the file."""
+        key = f"compare.right.{key}"
+        by_override = any(f"{key}.".startswith(f"{o}.") for o in overrides)
+        return f"--set {key}" if by_override else f"{name}: {key}"
+
     for key in changes:
         if f"{key}.".startswith(("compare.", "camera.size_px.")):
-            raise InputError(
-                f"{name}: compare.right.{key}: both parts share it; leave it out of compare.right"
-            )
+            raise InputError(f"{typed(key)}: both parts share it; leave it out of compare.right")
     rest = _plain({key: value for key, value in data.items() if key != "compare"})
     try:
         _apply_overrides(rest, changes)
-        _resolve_paths(rest, Path())
-        return _validated(rest, name, changes)
+        right = _validated(rest, name, changes)
     except InputError as error:
-        # The keys were typed in compare.right, not after --set.
-        text = re.sub(r"(?m)^--set:? ", f"{name}: compare.right.", str(error))
+        text = re.sub(r"(?m)^--set: ", f"{name}: compare.right: ", str(error))
+        text = re.sub(r"(?m)^--set ([^ :;=]+)", lambda found: typed(found[1]), text)
         raise InputError(text) from None
+    if right.camera.size_px != scene.camera.size_px:  # a whole camera that leaves it out
+        raise InputError(
+            f"{name}: compare.right.camera: both parts share camera.size_px; change single keys,"
+            " such as camera.fov_deg"
+        )
+    return right.with_source("", f"{name}, right part")
 
 
-def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def _flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield dotted keys and values of nested tables."""
-    for key, value in table.items():
-        dotted_key = f"{prefix}{key}"
+    # A stack of our own: tables may be nested more deeply than Python's.
+    waiting = list(reversed(table.items()))
+    while waiting:
+        key, value = waiting.pop()
         if isinstance(value, dict) and value:
-            yield from _flat(f"{dotted_key}.", value)
+            waiting += [(f"{key}.{inner}", item) for inner, item in reversed(value.items())]
         else:
-            yield dotted_key, value
+            yield key, value
 
 
 def builtin_scenes() -> dict[str, Path]:
@@ -228,17 +246,27 @@ def _plain(value: object) -> Any:
 
 def _resolve_paths(data: dict[str, Any], folder: Path) -> None:
     """Make the relative paths among a scene's values absolute, in place."""
+    _resolve_in(data, folder, "")
+    compare = data.get("compare")
+    right = compare.get("right") if isinstance(compare, dict) else None
+    if isinstance(right, dict):
+        _resolve_in(right, folder, "")
 
-    def resolve(table: object, key: str, suffix: str) -> None:
-        value = table.get(key) if isinstance(table, dict) else None
-        if isinstance(value, str) and value and value.lower().endswith(suffix):
-            assert isinstance(table, dict)
-            table[key] = os.path.abspath(folder / value)
 
-    resolve(data.get("droplets"), "file", "")
-    lights = data.get("light")
-    for light in lights if isinstance(lights, list) else ():
-        resolve(light, "spectrum", ".csv")
+def _resolve_in(table: dict[str, Any], folder: Path, place: str) -> None:
+    """Do so in one table and those inside it; keys may be dotted, as in ``compare.right``."""
+    for key, value in table.items():
+        here = f"{place}.{key}" if place else key
+        if isinstance(value, dict) and re.fullmatch(r"droplets|light(\.[0-9]+)?", here):
+            _resolve_in(value, folder, here)
+        elif isinstance(value, list) and here == "light":
+            for light in value:
+                if isinstance(light, dict):
+                    _resolve_in(light, folder, "light.0")
+        elif isinstance(value, str) and value:
+            spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", here)
+            if here == "droplets.file" or (spectrum and value.lower().endswith(".csv")):
+                table[key] = os.path.abspath(folder / value)
 
 
 def _apply_overrides(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
@@ -259,7 +287,8 @@ def _apply_overrides(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
 
 
 def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Take out of the file's values what a newly chosen distribution or volume file replaces."""
+    """Take out what a newly chosen kind of light, distribution or volume file replaces."""
+    _drop_other_lights_keys(data.get("light"), changes)
     droplets = data.get("droplets")
     if not isinstance(droplets, dict):
         return
@@ -285,6 +314,17 @@ def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
     if isinstance(density, dict):
         for key in Density.model_fields.keys() - {density_key(str(chosen))}:
             density.pop(key, None)
+
+
+def _drop_other_lights_keys(lights: object, changes: Mapping[str, Any]) -> None:
+    kinds = Node.of(Light)
+    for number, light in enumerate(lights if isinstance(lights, list) else ()):
+        chosen = changes.get(f"light.{number}.type")
+        kind = kinds.kind(chosen)
+        if kind is kinds or not isinstance(light, dict) or light.get("type", "sun") == chosen:
+            continue  # no kind chosen, or one that validation will refuse
+        for key in kinds.fields.keys() - kind.fields.keys():
+            light.pop(key, None)
 
 
 def _apply(data: dict[str, Any], key: str, value: object) -> None:

@@ -33,9 +33,6 @@ NEAR_Z_LOW = -9.0
 """Below, Ai² is under 1e-16 of its peak: zero."""
 NEAR_Z_HIGH = 11.0
 """Above, the asymptotic form holds."""
-NEAR_S_FIXED = 2.0
-"""Up to this disc the near rows all span the same z, so that fringes line up between rows; wider
-discs have no fringes left, and their rows widen with the disc."""
 NEAR_WIDENING = 2.5
 """Growth of the near rows' upper end with the disc: the far form wants fringes well inside."""
 NEAR_COLUMNS = 1536
@@ -43,6 +40,10 @@ NEAR_ROWS = 192
 MAX_DISC = 24.0
 """Largest scaled disc radius with a row. On discs so wide only Descartes' caustic is left, which
 scales: G(z, s) = sqrt(k) G(k z, k s); wider ones are looked up through k = MAX_DISC / s."""
+NEAR_S_FIXED = MAX_DISC * (55.0 / (NEAR_ROWS - 1.0)) ** 2
+"""Up to this disc (1.99) the near rows all span the same z, so that fringes line up between rows;
+wider discs have no fringes left, and their rows widen with the disc. It is a row's own disc: rows
+that are mixed are then all of one kind."""
 
 MAX_PHASE = 96.0
 """Fringe phase across the disc's radius, rad, beyond which the fringes are gone."""
@@ -114,7 +115,7 @@ def _build_near() -> Array:
     for row, disc in enumerate(s):
         z = (low[row] + (high[row] - low[row]) * v)[:, None]
         # Midpoints in the angle whose cosine runs across the disc: its chords as the weight.
-        count = 12 + int(3.5 * disc)
+        count = 12 + int(8.0 * disc)
         angle = (np.arange(count) + 0.5) * np.pi / count
         chord = 2.0 / count * np.sin(angle) ** 2
         at = z + disc * np.cos(angle)

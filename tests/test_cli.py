@@ -35,6 +35,7 @@ from rtbow.airy import airy_squared, bow
 from rtbow.disc import disc_mean
 from rtbow.image import read_exr
 from rtbow.resources import resource_dir
+from rtbow.scene_file import builtin_scenes
 from rtbow.water import relative_index
 
 ROOT = Path(__file__).parent.parent
@@ -249,7 +250,7 @@ def no_rendering(monkeypatch):
 
 
 WRONG_ARGUMENTS = [
-    (("nosuch",), "no built-in scene", "default, shower, uniform"),
+    (("nosuch",), "no built-in scene", ", ".join(builtin_scenes())),
     (("unifrom",), 'named "unifrom"', "did you mean uniform?"),
     (("uniform.toml",), "uniform.toml: there is no such file", "without .toml"),
     (("missing.toml",), "missing.toml: there is no such file; check the path"),
@@ -321,7 +322,10 @@ WRONG_SETTINGS = [
     ("camera.size_px=[16385, 1]", "16385", "1..16384"),
     ("droplets.extinction=true", "droplets.extinction", "not available in this version"),
     ("scattering.theory=mie", "scattering.theory", "not available in this version", '"airy"'),
-    ("light.0.type=point", "light.0.type", "not available in this version", '"sun"'),
+    ("light.0.type=lamp", 'light.0.type = "lamp"', 'must be one of "sun", "point"'),
+    ("light.0.luminous_flux_lm=5", "does not belong to type", "which takes altitude_deg"),
+    ("compare.right.camera.fov=5", "compare.right.camera.fov: unknown key", "camera.fov_deg?"),
+    ("compare.right.camera.size_px=[4, 4]", "compare.right.camera.size_px: both parts share it"),
     ("scattering.orders=[3]", "scattering.orders.0 = 3", "1..2"),
     ("render.steps=0", "render.steps = 0", "1..100000"),
     ("render.wavelength_step_nm=7", "render.wavelength_step_nm = 7", "6.25 and 8"),
@@ -337,13 +341,17 @@ def test_wrong_settings(call, tmp_path, no_rendering, setting, words):
     assert contents(tmp_path) == {}
 
 
+LAMP = '[[light]]\ntype = "point"'
 WRONG_SCENES = [
     ("camera {", "line 1, column 8: not valid TOML"),
     (UNIFORM.replace("radius_um", "radius_mm"), "did you mean droplets.radius.radius_um?"),
     (UNIFORM.replace("azimuth_deg = 0.0", 'azimuth_deg = "north"'), '"north"; must be a number'),
     (UNIFORM.replace("300.0", "-3"), "droplets.radius.radius_um = -3; must be 1..5000"),
     (UNIFORM.replace("300.0", "nan"), "droplets.radius.radius_um = nan; must be a finite number"),
-    (UNIFORM.replace('"sun"', '"point"'), "point lights are not available in this version"),
+    (f"{UNIFORM}{LAMP}\nposition_m = [0, 0, 4]", "light.1.luminous_flux_lm is missing; give a"),
+    (f"{UNIFORM}{LAMP}\nluminous_flux_lm = 5", "light.1.position_m is missing; give a list of 3"),
+    (f"{UNIFORM}[compare]", "compare.right is missing; give a table of scene keys and values"),
+    (f"{UNIFORM}[compare.right.camera]\nfov = 5", "compare.right.camera.fov: unknown key"),
     (UNIFORM.replace("[[light]]", "[light]"), "[[light]], in double brackets"),
     (f'{UNIFORM}[scattering]\ntheory = "mie"', "not available in this version"),
     (f"{UNIFORM}\0", "not valid TOML"),
@@ -785,7 +793,9 @@ def test_version(call):
 def test_scenes_are_listed_one_line_each(call):
     result = call("scenes")
     assert result.code == 0
-    names = sorted(p.stem for p in resource_dir("scenes").glob("*.toml"))
+    folder = resource_dir("scenes")
+    names = sorted(str(p.relative_to(folder))[: -len(".toml")] for p in folder.rglob("*.toml"))
+    assert "figures/fig1" in names
     lines = result.out.splitlines()
     assert [line.split()[0] for line in lines] == names
     for line in lines:
@@ -825,7 +835,7 @@ def test_table_build_and_info(call, monkeypatch, tmp_path):
     monkeypatch.setenv("RTBOW_CACHE_DIR", str(tmp_path / "cache"))
     result = call("table", "info", "--samples", "100")
     assert (result.code, result.err) == (0, "")
-    assert re.match(r"near +\d+x\d+ +\d+ KiB\n", result.out)
+    assert re.match(r"near +\d+x\d+x2 +\d+ KiB\nfringe +\d+x2 +\d+ KiB\n", result.out)
     assert result.out.count(" deg: median") == 4
     kept = contents(tmp_path)
     assert len(kept) == 1

@@ -302,9 +302,8 @@ def test_samples_cover_the_ray():
     rays = np.stack([towards(a, h) for a, h in ((0.0, 10.0), (35.0, 25.0), (180.0, 0.0))])
     pixel_spans = [(200.0 / rays[0, 1], 1200.0 / rays[0, 1]), (300.0, 900.0), (5.0, 5.0)]
     entry, leave = np.array(pixel_spans).T
-    nodes, gauss = np.polynomial.legendre.leggauss(3)
     start, distance, weight, radius = sample_rays(
-        EYE, rays, entry, leave, BOX, moments, np.inf, nodes, gauss
+        EYE, rays, entry, leave, BOX, moments, np.inf, reference._gauss_rules()
     )
     assert start[0] == 0
     assert start[-1] == len(distance) == len(weight) == len(radius)

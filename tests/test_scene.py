@@ -204,6 +204,7 @@ def test_the_walk_meets_every_table_once():
         "atmosphere",
         "scattering",
         "render",
+        "compare",
     }
 
 
@@ -220,6 +221,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         "m2": "W/m²",
         "m3": "1/m³",
         "h": "mm/h",
+        "lm": "lm",
         "c": "°C",
     }
     assert unit == suffixes.get(key.rpartition("_")[2], "")
@@ -256,7 +258,7 @@ def test_the_schema_says_in_words_what_is_allowed(table, key, expected):
         ("lights", "did you mean light?"),
         ("seed", "did you mean droplets.seed?"),
         ("altitude_deg", "did you mean camera.altitude_deg or light.0.altitude_deg?"),
-        ("xyz", "known here: camera, light, droplets, atmosphere, scattering, render"),
+        ("xyz", "known here: camera, light, droplets, atmosphere, scattering, render, compare"),
     ],
 )
 def test_suggestions(unknown, hint):
@@ -308,8 +310,11 @@ def test_the_readme_gives_each_keys_unit_range_and_default(table, key, field):
 
 def test_the_readmes_examples_work():
     text = README.read_text(encoding="utf-8")
-    example = re.search(r"```toml\n(.*?)```", text, re.DOTALL)[1]
+    example, *additions = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     scene_from_text(example)
+    assert len(additions) == 2
+    for addition in additions:
+        scene_from_text(example + addition)
     commands = re.search(r"```sh\n(.*?)```", text, re.DOTALL)[1].replace("\\\n", " ")
     for command in commands.splitlines():
         changes = dict(parse_set(arg) for arg in re.findall(r"--set (\S+)", command))

@@ -3,6 +3,8 @@
 import pytest
 from scene_samples import BASE, FROM_FILE, problems
 
+from rtbow.scene_file import scene_from_text
+
 # --- wrong values: (what to replace in BASE, by what, the whole message after "storm.toml: ")
 
 
@@ -92,12 +94,14 @@ from scene_samples import BASE, FROM_FILE, problems
             "spectrum = 2024-01-01",
             "light.0.spectrum = 2024-01-01; must be text in quotes",
         ),
+        ('"sun"', '"lamp"', 'light.0.type = "lamp"; must be one of "sun", "point"'),
         (
             '"sun"',
-            '"point"\nposition_m = [0, 0, 4]',
-            'light.0.type = "point"; point lights are not available in this version; must be "sun"',
+            '"sun"\nposition_m = [0, 0, 4]',
+            'light.0.position_m does not belong to type = "sun", which takes altitude_deg, '
+            "azimuth_deg, spectrum, angular_diameter_deg, irradiance_w_m2; leave it out or change "
+            "the type",
         ),
-        ('"sun"', '"lamp"', 'light.0.type = "lamp"; must be "sun"'),
         (
             "size_px = [64, 36]",
             "size_px = [64, 0]",
@@ -234,13 +238,95 @@ from scene_samples import BASE, FROM_FILE, problems
             "[camera]",
             '"a\\nb" = 4\n[camera]',
             'unknown key "a\\nb"; known here: camera, light, '
-            "droplets, atmosphere, scattering, render",
+            "droplets, atmosphere, scattering, render, compare",
         ),
     ],
 )
 def test_a_wrong_value_is_named_with_what_is_allowed(old, new, message):
     assert old in BASE
     assert problems(BASE.replace(old, new, 1)) == [f"storm.toml: {message}"]
+
+
+LAMP = 'type = "point"\nposition_m = [0, 0, 4]\nluminous_flux_lm = 800.0\ndiameter_m = 0.1\n'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "luminous_flux_lm = 800.0",
+            "luminous_flux_lm = 0",
+            "light.0.luminous_flux_lm = 0; must be greater than 0 and up to 1e12",
+        ),
+        (
+            "luminous_flux_lm = 800.0",
+            "luminous_flux_lm = -800.0",
+            "light.0.luminous_flux_lm = -800.0; must be greater than 0 and up to 1e12",
+        ),
+        (
+            "luminous_flux_lm = 800.0",
+            "luminous_flux_lm = nan",
+            "light.0.luminous_flux_lm = nan; must be a finite number, greater than 0 and up to "
+            "1e12",
+        ),
+        (
+            "luminous_flux_lm = 800.0",
+            "",
+            "light.0.luminous_flux_lm is missing; give a number, greater than 0 and up to 1e12",
+        ),
+        (
+            "[0, 0, 4]",
+            "[0, inf, 4]",
+            "light.0.position_m.1 = inf; must be a finite number, -1e7..1e7",
+        ),
+        (
+            "[0, 0, 4]",
+            "[nan, 0, 4]",
+            "light.0.position_m.0 = nan; must be a finite number, -1e7..1e7",
+        ),
+        ("[0, 0, 4]", "[0, 2e7, 4]", "light.0.position_m.1 = 20000000.0; must be -1e7..1e7"),
+        (
+            "[0, 0, 4]",
+            "[0, 4]",
+            "light.0.position_m = [0, 4]; must be a list of 3 numbers, each -1e7..1e7",
+        ),
+        (
+            "position_m = [0, 0, 4]",
+            "",
+            "light.0.position_m is missing; give a list of 3 numbers, each -1e7..1e7",
+        ),
+        ("diameter_m = 0.1", "diameter_m = -0.1", "light.0.diameter_m = -0.1; must be 0..10"),
+        ("diameter_m = 0.1", "diameter_m = 11", "light.0.diameter_m = 11; must be 0..10"),
+        (
+            "diameter_m = 0.1",
+            "diametre_m = 1",
+            "unknown key light.0.diametre_m; did you mean light.0.diameter_m?",
+        ),
+        (
+            "diameter_m = 0.1",
+            "altitude_deg = 20.0",
+            'light.0.altitude_deg does not belong to type = "point", which takes position_m, '
+            "spectrum, luminous_flux_lm, diameter_m; leave it out or change the type",
+        ),
+        (
+            "diameter_m = 0.1",
+            "irradiance_w_m2 = 20.0",
+            'light.0.irradiance_w_m2 does not belong to type = "point", which takes position_m, '
+            "spectrum, luminous_flux_lm, diameter_m; leave it out or change the type",
+        ),
+        ('type = "point"\n', "", None),
+    ],
+)
+def test_a_wrong_lamp_is_named_with_what_is_allowed(old, new, message):
+    base = BASE.replace('type = "sun"\naltitude_deg = 20.0\n', LAMP)
+    scene_from_text(base)
+    assert old in base
+    got = problems(base.replace(old, new, 1))
+    if message is None:  # without a type the light is a sun, to which none of the keys belongs
+        assert len(got) == 3
+        assert all('does not belong to type = "sun"' in line for line in got)
+    else:
+        assert got == [f"storm.toml: {message}"]
 
 
 def test_all_problems_are_reported_at_once():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scene_samples import BASE, problems
 
-from rtbow.scene import ConstantRadius, Density, MarshallPalmerRadius, UniformRadius
+from rtbow.scene import ConstantRadius, Density, MarshallPalmerRadius, PointLight, UniformRadius
 from rtbow.scene_file import scene_from_text
 
 
@@ -92,6 +92,21 @@ def test_a_new_distribution_drops_the_other_way_to_give_the_density():
         distribution="marshall-palmer", min_um=300, max_um=700
     )
     assert got.droplets.density == Density(rain_rate_mm_h=5.0)
+
+
+LAMP = {"light.0.type": "point", "light.0.position_m": [0, 1, 2], "light.0.luminous_flux_lm": 9}
+
+
+@pytest.mark.parametrize("keys", [list(LAMP), list(reversed(LAMP))])
+def test_a_new_kind_of_light_drops_the_keys_of_the_old_in_any_order(keys):
+    text = BASE.replace("altitude_deg = 20.0", 'altitude_deg = 20.0\nspectrum = "FL2"', 1)
+    got = loaded({key: LAMP[key] for key in keys}, text)
+    assert got.light == (
+        PointLight(position_m=(0.0, 1.0, 2.0), luminous_flux_lm=9.0, spectrum="FL2"),
+    )
+    (line,) = problems(text, LAMP | {"light.0.altitude_deg": 3})
+    assert line.startswith("--set light.0.altitude_deg does not belong to type")
+    assert loaded({"light.0.type": "sun"}, text).light[0].altitude_deg == 20.0
 
 
 def test_only_keys_of_the_old_distribution_are_dropped():

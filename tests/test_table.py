@@ -20,6 +20,7 @@ from rtbow.table import (
     POLE_DISTANCE,
     airy_table,
     build_airy_table,
+    near_z_high,
     shader_constants,
 )
 from rtbow.table_export import export_table, plain_table
@@ -124,7 +125,7 @@ THRESHOLDS = {
     # Last z of the near rows, for narrow and wider discs.
     "near and fringes, no disc": (NEAR_Z_HIGH + BESIDE, 1e-4, 1000.0),
     "near and fringes": (NEAR_Z_HIGH + BESIDE, 0.5, 1000.0),
-    "near and fringes, wide": (NEAR_Z_HIGH + 1.5 * (5.0 - NEAR_S_FIXED) + BESIDE, 5.0, 1000.0),
+    "near and fringes, wide": (near_z_high(5.0) + BESIDE, 5.0, 1000.0),
     "fixed and widening rows": (3.3, NEAR_S_FIXED + BESIDE, 1000.0),
     "greatest disc": (20.0, MAX_DISC + np.array([-1.0, *BESIDE, 16.0]), 1000.0),
     "shadow": ([-9.0, -11.1, -20.0, -400.0], 0.5, 1000.0),
@@ -160,25 +161,33 @@ def test_cpu_look_up_on_both_sides_of_a_threshold(built, name):
     ) < THRESHOLD_BOUNDS.get(name, 0.002)
 
 
-def glsl_look_up(gl, built, cases, disc, pole=None):
-    def upload(data):
-        data = np.ascontiguousarray(data)
-        channels = data.shape[2] if data.ndim == 3 else 1
-        texture = gl.ctx.texture(data.shape[1::-1], channels, data, dtype="f4")
-        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        texture.repeat_x = texture.repeat_y = False
-        return texture
+def upload(gl, data):
+    data = np.ascontiguousarray(data)
+    texture = gl.ctx.texture(data.shape[1::-1], data.shape[2], data, dtype="f4")
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
 
+
+def glsl_look_up(gl, built, cases, disc, pole=None, wide=None):
+    """Look up with the code of wide discs where there are any, unless told otherwise."""
+    wide = bool(cases.s.max() > NEAR_S_FIXED) if wide is None else wide
     got = probe(
         gl,
         ["airy.glsl"],
         "airyMean(nearTable, fringeTable, poleTable, z, disc, poleDistance)",
         {"z": cases.z, "disc": cases.s, "poleDistance": cases.distance},
-        {**shader_constants(), "DISC": disc, "POLE": disc if pole is None else pole},
+        {
+            **shader_constants(),
+            "DISC": disc,
+            "POLE": disc if pole is None else pole,
+            "WIDE": wide,
+            "LAMP_COUNT": 0,
+        },
         textures={
-            "nearTable": upload(built.near),
-            "fringeTable": upload(built.fringe[None]),
-            "poleTable": upload(built.pole),
+            "nearTable": upload(gl, built.near),
+            "fringeTable": upload(gl, built.fringe[None]),
+            "poleTable": upload(gl, built.pole),
         },
     )[:, 0]
     assert np.all(np.isfinite(got))
@@ -218,6 +227,15 @@ def test_without_the_pole_branch_only_its_surroundings_change(gl, built):
     assert np.any(with_pole[~away] != without[~away])
 
 
+@pytest.mark.parametrize("diameter_deg", [0.0, 0.1])
+def test_narrow_discs_need_no_code_of_wide_ones(gl, built, diameter_deg):
+    cases = random_cases(1, diameter_deg)
+    assert cases.s.max() < NEAR_S_FIXED
+    narrow, wide = (glsl_look_up(gl, built, cases, disc=True, wide=w) for w in (False, True))
+    # What the compiler makes of a division by a constant.
+    np.testing.assert_allclose(narrow, wide, rtol=0.0, atol=3e-6)
+
+
 @by_bow
 def test_cross_section_is_strength_times_mean(built, reflections):
     nm = np.array([420.0, 640.0])
@@ -244,7 +262,7 @@ def test_cross_section_is_strength_times_mean(built, reflections):
 def test_table_is_small_and_finite(built):
     arrays = (built.near, built.fringe, built.pole)
     assert all(np.all(np.isfinite(a)) and a.dtype == np.float32 for a in arrays)
-    assert sum(a.nbytes for a in arrays) < 2 << 20
+    assert sum(a.nbytes for a in arrays) < 4 << 20
 
 
 class TestCache:
@@ -293,12 +311,21 @@ class TestCache:
         self.assert_same(airy_table(), built)
         assert len(runs) == 2
 
-    def test_another_layout_is_another_file(self, folder, runs, monkeypatch):
+    def test_other_code_is_another_file(self, folder, runs, monkeypatch):
         airy_table()
-        monkeypatch.setattr(table, "MAX_PHASE", 95.0)
-        airy_table()
+        hashed = []
+
+        def digest(*modules):
+            hashed.extend(modules)
+            return "0123456789abcdef"
+
+        monkeypatch.setattr(table, "source_digest", digest)
+        for _ in range(2):
+            airy_table()
         assert len(runs) == 2
         assert len(list(folder.iterdir())) == 2
+        # All that computes the table's numbers.
+        assert {"airy", "disc", "table"} <= set(hashed)
 
 
 EXPORT = ((20.0, 300.0), (450.0, 550.0, 650.0), 1801, 0.533)

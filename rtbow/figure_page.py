@@ -1,0 +1,153 @@
+"""The page about the paper's figures: plots, and HTML that opens from disk."""
+
+from __future__ import annotations
+
+import html
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtbow import __version__, measures
+from rtbow.claims import Frame, Verdict, sun_profile
+from rtbow.files import write_atomic
+from rtbow.lights import lamps, suns
+from rtbow.measures import Profile
+from rtbow.scene_file import builtin_scenes, scene_title
+from rtbow.spectrum import load_spectrum
+
+SPECTRA = (("equal-energy", "equal energy"), ("E490", "sun, ASTM E-490"), ("FL1", "lamp, CIE FL1"))
+
+
+def _pyplot() -> Any:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    return plt
+
+
+def _save(figure: Any, path: Path) -> None:
+    buffer = io.BytesIO()
+    # No date inside: the same numbers give the same file.
+    figure.savefig(buffer, format="png", dpi=80, metadata={"Software": None})
+    _pyplot().close(figure)
+    write_atomic(path, buffer.getvalue())
+
+
+def profile_of(frame: Frame) -> tuple[Profile, str]:
+    """Give a frame's angle profile and what the angle is measured from."""
+    if suns(frame.scene):
+        return sun_profile(frame), "antisolar point"
+    camera = frame.scene.camera
+    # Opposite to the lamp, as seen from the eye: where the lamp casts the eye's shadow.
+    away = np.array(camera.position_m) - lamps(frame.scene)[0].position_m
+    angle = measures.angle_from(camera, away / np.linalg.norm(away))
+    return measures.radial_profile(frame.rgb, angle, camera.fov_deg / camera.size_px[0]), (
+        "point opposite to the lamp"
+    )
+
+
+def plot_profile(frame: Frame, path: Path) -> None:
+    """Plot luminance and chromaticity against the angle from the antisolar point."""
+    plt = _pyplot()
+    profile, origin = profile_of(frame)
+    lit = profile.luminance > 1e-4 * profile.luminance.max()
+    figure, (above, below) = plt.subplots(2, 1, figsize=(6, 4.4), sharex=True, layout="constrained")
+    above.plot(profile.angle_deg, profile.luminance, color="black", lw=1.2)
+    above.set_ylabel("luminance, cd/m²")
+    uv = measures.chromaticity(profile.xyz)
+    for k, (label, colour) in enumerate((("u'", "tab:red"), ("v'", "tab:blue"))):
+        values = np.where(lit, uv[:, k], np.nan)
+        below.plot(profile.angle_deg, values, color=colour, lw=1.0, label=label)
+    below.set_ylim(0.1, 0.6)
+    below.set_ylabel("chromaticity")
+    below.set_xlabel(f"angle from the {origin}, degrees")
+    below.legend(loc="lower right")
+    _save(figure, path)
+
+
+def plot_spectra(path: Path) -> None:
+    """Plot figure 6: the three spectra, each to the same area over 380-780 nm."""
+    plt = _pyplot()
+    nm = np.arange(380.0, 780.5, 1.0)
+    figure, axes = plt.subplots(1, 3, figsize=(10, 2.8), sharex=True, layout="constrained")
+    for axis, (name, title) in zip(axes, SPECTRA, strict=True):
+        spectrum = load_spectrum(name)
+        value = np.interp(nm, spectrum.wavelength_nm, spectrum.value) / spectrum.visible * 400.0
+        axis.plot(nm, value, color="black", lw=1.0)
+        axis.set_title(title)
+        axis.set_ylim(0.0, None)
+        axis.set_xlabel("wavelength, nm")
+    axes[0].set_ylabel("relative power per nm")
+    _save(figure, path)
+
+
+_STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;
+color:#222;background:#fff}h2{border-top:1px solid #ccc;padding-top:1rem;margin-top:2.5rem}
+.scenes{display:flex;flex-wrap:wrap;gap:1rem}.scenes figure{margin:0;width:480px;max-width:100%}
+.scenes img{width:100%}figcaption{font-size:.9rem;color:#555}
+.claim{border-left:4px solid #999;padding:.2rem 1rem;margin:1rem 0}.holds{border-color:#2a7}
+.fails{border-color:#c52}.claim p{margin:.3rem 0}.numbers{font:.85rem/1.4 ui-monospace,monospace;
+color:#444}.note{color:#555;font-size:.95rem}"""
+
+
+def _claim(verdict: Verdict) -> str:
+    state, mark = {
+        True: ("holds", "holds"),
+        False: ("does not hold", "fails"),
+        None: ("not measured: a picture is missing", ""),
+    }[verdict.holds]
+    numbers = " &nbsp; ".join(
+        f"{html.escape(name)} = {value:.4g}" for name, value in verdict.numbers.items()
+    )
+    note = f'<p class="note">{html.escape(verdict.claim.note)}</p>' if verdict.claim.note else ""
+    return (
+        f'<div class="claim {mark}"><p>The paper: {html.escape(verdict.claim.text)}'
+        f" <strong>{state}</strong>.</p>"
+        f'<p class="numbers">{numbers}</p>{note}</div>'
+    )
+
+
+def _scene(name: str, title: str) -> str:
+    return (
+        f'<figure><img src="{name}.png" alt="{html.escape(title)}">'
+        f'<img src="{name}-profile.png" alt="profile of {name}">'
+        f"<figcaption><b>{name}</b>: {html.escape(title)}</figcaption></figure>"
+    )
+
+
+def write_page(out: Path, frames: dict[str, Frame], verdicts: list[Verdict]) -> None:
+    """Write the profiles, figure 6 and ``index.html`` into a folder.
+
+    Args:
+        out: the folder, in which the pictures lie as ``fig5a.png``.
+        frames: the frames that are there.
+        verdicts: the claims' verdicts.
+    """
+    for name, frame in frames.items():
+        plot_profile(frame, out / f"{name}-profile.png")
+    plot_spectra(out / "fig6.png")
+    titles = {n.removeprefix("figures/"): scene_title(p) for n, p in builtin_scenes().items()}
+    parts = [
+        "<!doctype html><html lang=en><meta charset=utf-8>"
+        f"<title>rtbow: the paper's figures</title><style>{_STYLE}</style>"
+        "<h1>The paper's figures, measured</h1>"
+        "<p>Fujiwara, Tamaki, Kaneda: Realistic Rainbow Rendering Considering Light Attenuation"
+        " due to Scattering and Absorption in the Atmosphere. Made by <code>rtbow figures</code>,"
+        f" rtbow {__version__}. Numbers in full: <a href=figures.json>figures.json</a>; radiance:"
+        " the .exr files beside this page.</p>"
+    ]
+    for figure in ("1", "5", "6", "7", "8", "9"):
+        here = [n for n in frames if n.startswith(f"fig{figure}")]
+        claims = [v for v in verdicts if v.claim.figure == figure]
+        parts.append(f"<h2>Figure {figure}</h2>")
+        if figure == "6":
+            parts.append('<img src="fig6.png" alt="the three spectra" style="max-width:100%">')
+        parts += [_claim(v) for v in claims]
+        parts.append(
+            '<div class="scenes">' + "".join(_scene(n, titles[n]) for n in here) + "</div>"
+        )
+    write_atomic(out / "index.html", "".join(parts).encode())
