@@ -138,7 +138,7 @@ def write_page(out: Path, frames: dict[str, Frame], verdicts: list[Verdict]) -> 
         "<p>Fujiwara, Tamaki, Kaneda: Realistic Rainbow Rendering Considering Light Attenuation"
         " due to Scattering and Absorption in the Atmosphere. Made by <code>rtbow figures</code>,"
         f" rtbow {__version__}. Numbers in full: <a href=figures.json>figures.json</a>; radiance:"
-        " the .exr files beside this page.</p>"
+        " the .exr files that the command writes beside this page.</p>"
     ]
     for figure in ("1", "5", "6", "7", "8", "9"):
         here = [n for n in frames if n.startswith(f"fig{figure}")]

@@ -75,7 +75,11 @@ class Profile:
 
 
 def radial_profile(
-    rgb: Array, angle_rad: Array, step_deg: float, mask: NDArray[np.bool_] | None = None
+    rgb: Array,
+    angle_rad: Array,
+    step_deg: float,
+    mask: NDArray[np.bool_] | None = None,
+    depth: Array | None = None,
 ) -> Profile:
     """Average a frame over rings of equal angle.
 
@@ -84,19 +88,30 @@ def radial_profile(
         angle_rad: angle of each pixel, (h, w).
         step_deg: width of a ring; about a pixel.
         mask: which pixels count (h, w); all by default.
+        depth: length of each ray in the rain (h, w). A ring is then brought to the mean depth:
+            neighbouring rings meet the pixel grid in different directions, where the rain is of
+            different depth, and would differ by that.
 
     Returns:
         Rings with at least four pixels.
     """
     chosen = np.ones(angle_rad.shape, dtype=bool) if mask is None else mask
     ring = np.floor(np.degrees(angle_rad[chosen]) / step_deg).astype(np.int64)
-    xyz = rgb_to_xyz(rgb)[chosen]
+    pixels = rgb_to_xyz(rgb)[chosen]
     count = np.bincount(ring)
-    sums = np.stack([np.bincount(ring, weights=xyz[:, k]) for k in range(3)], axis=1)
-    full = count >= 4
-    # The mean angle of the pixels, not the ring's middle: rings hold few pixels.
-    mean_angle = np.bincount(ring, weights=np.degrees(angle_rad[chosen]))
-    return Profile(mean_angle[full] / count[full], sums[full] / count[full, None])
+    sums = floats(np.stack([np.bincount(ring, weights=p) for p in pixels.T], axis=1))
+    if depth is not None:
+        here = depth[chosen]
+        mean_depth = np.bincount(ring, weights=here) / np.maximum(count, 1)
+        typical = here[here > 0.0].mean() if np.any(here > 0.0) else 1.0
+        sums = floats(sums * (typical / np.maximum(mean_depth, 1e-6 * typical))[:, None])
+    full = np.flatnonzero(count >= 4)
+    # A ring holds few pixels, whose mean angle is not its middle: brought there by interpolation.
+    angle = np.bincount(ring, weights=np.degrees(angle_rad[chosen]))[full] / count[full]
+    mean = sums[full] / count[full, None]
+    middle = (full + 0.5) * step_deg
+    xyz = np.stack([np.interp(middle, angle, m) for m in mean.T], axis=1)
+    return Profile(floats(middle), floats(xyz))
 
 
 def _top(angle: Array, value: Array) -> tuple[float, float]:
@@ -169,28 +184,50 @@ def supernumerary_maxima(profile: Profile, reflections: int = 1) -> list[float]:
     return [a for a in beside if (centre - a if reflections == 1 else a - centre) > 0.2]
 
 
-def supernumerary_contrast(profile: Profile) -> tuple[float, float]:
+def supernumerary_contrast(profile: Profile, other: Profile | None = None) -> tuple[float, float]:
     """Give the contrast of the supernumeraries inside the primary, of luminance and of chroma.
 
-    The ripple of a quantity is what a smooth curve (Savitzky-Golay, second order over 2 degrees)
-    leaves of it over the angles from 0.8 to 6 degrees inside the peak, where supernumeraries lie.
-    Contrast of luminance: the ripple's root mean square relative to the mean. Contrast of chroma:
-    that of u' and v' together.
+    The ripple of a quantity is what a smooth curve (Savitzky-Golay, third order over 1.6 degrees)
+    leaves of it over the angles from 1 to 6 degrees inside the peak, where supernumeraries lie.
+    Contrast of luminance: the root mean square of its logarithm's ripple. Contrast of chroma: that
+    of u' and v' together.
+
+    Args:
+        profile: the profile, or that of one half of the picture.
+        other: that of the other half, in the same rings: then only what both halves share counts.
+            Supernumeraries are the same in both, the chance of random drops is not.
     """
+    centre = bow_radius(profile, 1)
+    first = _ripples(profile, centre)
+    second = first if other is None else _ripples(other, centre)
+    rings = min(len(first), len(second))
+    shared = np.mean(first[:rings] * second[:rings], axis=0)
+    luminance, u, v = np.maximum(shared, 0.0)
+    return float(np.sqrt(luminance)), float(np.sqrt(u + v))
+
+
+def chance_ripple(profile: Profile, other: Profile) -> float:
+    """Give the luminance ripple that chance puts into one half of a picture of random drops.
+
+    It is what the halves do not share: the root mean square of half their ripples' difference.
+    """
+    centre = bow_radius(profile, 1)
+    first, second = _ripples(profile, centre)[:, 0], _ripples(other, centre)[:, 0]
+    rings = min(len(first), len(second))
+    return float(np.sqrt(np.mean((0.5 * (first[:rings] - second[:rings])) ** 2)))
+
+
+def _ripples(profile: Profile, centre: float) -> Array:
+    """Ripples of the logarithm of luminance, u' and v' inside a bow, about their mean (n, 3)."""
     from scipy.signal import savgol_filter
 
-    centre = bow_radius(profile, 1)
-    part = profile.between(centre - 8.0, centre - 0.8)
+    part = profile.between(centre - 8.0, centre)
     step = float(np.median(np.diff(part.angle_deg)))
-    window = max(2 * round(1.0 / step) + 1, 5)
-    counted = part.angle_deg > centre - 6.0
-
-    def ripple(value: Array) -> float:
-        return float(np.std((value - savgol_filter(value, window, 2))[counted]))
-
-    uv = chromaticity(part.xyz)
-    chroma = float(np.hypot(ripple(uv[:, 0]), ripple(uv[:, 1])))
-    return ripple(part.luminance) / float(part.luminance[counted].mean()), chroma
+    window = max(2 * round(0.8 / step) + 1, 5)
+    counted = (part.angle_deg > centre - 6.0) & (part.angle_deg < centre - 1.0)
+    values = np.column_stack([np.log(np.maximum(part.luminance, 1e-30)), chromaticity(part.xyz)])
+    ripple = (values - savgol_filter(values, window, 3, axis=0))[counted]
+    return floats(ripple - ripple.mean(axis=0))
 
 
 def chromaticity(xyz: Array) -> Array:

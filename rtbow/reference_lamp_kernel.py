@@ -18,6 +18,9 @@ from rtbow.reference_kernel import (
     interpolate,
 )
 
+_DISTANCE_RATIO = 1.07
+"""Largest ratio of the distances from a lamp with a diameter to the ends of a piece."""
+
 
 @lru_cache(maxsize=1)
 def _running_grid() -> Array:
@@ -48,6 +51,24 @@ def _running_at(z: float, grid: Array) -> float:
     left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
     right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
     return float(g * g * left + f * f * right)
+
+
+@compiled()
+def _cut_by_distance(cuts: Array, foot: float, nearest: float) -> Array:
+    """Cut further where the distance from the lamp grows by ``_DISTANCE_RATIO``.
+
+    On a line that all but passes through the lamp the angle does not turn any more, while the
+    lamp's apparent size still changes.
+    """
+    farthest = max(abs(cuts[0] - foot), abs(cuts[-1] - foot))
+    more = list(cuts)
+    reach = nearest
+    while reach < farthest:
+        for t in (foot - reach, foot + reach):
+            if cuts[0] < t < cuts[-1]:
+                more.append(t)
+        reach *= _DISTANCE_RATIO
+    return np.sort(np.array(more))
 
 
 @compiled()
@@ -95,6 +116,8 @@ def lamp_pieces(
         chord = np.sqrt(max(lamp_radius**2 - side**2, 0.0))
         if entry[pixel] < leave[pixel]:
             cuts = cut_ray(origin, ray, entry[pixel], leave[pixel], box, counts, longest)
+            if lamp_radius > 0.0:
+                cuts = _cut_by_distance(cuts, foot, max(side, lamp_radius))
             for k in range(len(cuts) - 1):
                 for part in range(2):  # before and behind the lamp's own sphere
                     low = cuts[k] if part == 0 else max(cuts[k], foot + chord)

@@ -119,11 +119,11 @@ def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collec
 def _flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield dotted keys and values of nested tables."""
     # A stack of our own: tables may be nested more deeply than Python's.
-    waiting = list(reversed(table.items()))
+    waiting = list(reversed(list(table.items())))
     while waiting:
         key, value = waiting.pop()
         if isinstance(value, dict) and value:
-            waiting += [(f"{key}.{inner}", item) for inner, item in reversed(value.items())]
+            waiting += [(f"{key}.{inner}", item) for inner, item in reversed(list(value.items()))]
         else:
             yield key, value
 

@@ -71,11 +71,23 @@ def test_red_width_falls_with_the_radius():
 def test_contrast_of_a_sine(amplitude):
     angle = np.arange(30.0, 46.0, 0.1)
     ripple = 1.0 + amplitude * np.sin(2.0 * np.pi * angle / 0.6)
-    value = np.where(angle < 41.0, 0.3 * ripple, 0.0) + np.exp(-8.0 * (angle - 41.2) ** 2)
+    value = np.where(angle < 41.0, 0.3 * ripple, 0.0) + np.exp(-60.0 * (angle - 41.2) ** 2)
     found, chroma = measures.supernumerary_contrast(made(angle, value))
-    # A smooth curve over 2 degrees follows a tenth of a ripple of 0.6.
+    # A smooth curve over 1.6 degrees follows some of a ripple of 0.6.
     assert found == pytest.approx(amplitude / np.sqrt(2.0), rel=0.25, abs=0.003)
     assert chroma < 1e-12
+
+
+def test_chance_is_not_contrast(rng):
+    angle = np.arange(30.0, 46.0, 0.1)
+    bow = np.exp(-16.0 * (angle - 41.2) ** 2) + np.where(angle < 41.2, 0.3, 0.0)
+    shared = 1.0 + 0.02 * np.sin(2.0 * np.pi * angle / 0.5)
+    halves = [made(angle, bow * shared * (1.0 + 0.03 * rng.normal(size=angle.size))) for _ in "ab"]
+    alone = measures.supernumerary_contrast(halves[0])[0]
+    both = measures.supernumerary_contrast(*halves)[0]
+    assert both == pytest.approx(0.02 / np.sqrt(2.0), rel=0.5)
+    assert alone > 1.5 * both
+    assert measures.chance_ripple(*halves) == pytest.approx(0.03 / np.sqrt(2.0), rel=0.4)
 
 
 def test_maxima_are_counted():

@@ -1,0 +1,69 @@
+"""Every shape that the defines can give the shader compiles."""
+
+from itertools import combinations, product
+
+from test_lamps import make
+
+from rtbow.context import open_context
+from rtbow.glsl import compile_program
+from rtbow.optics import scene_optics
+from rtbow.spectral import shader_defines
+from rtbow.volume import build_volume
+
+SWITCHES = ("GRID", "ONE_RADIUS", "AIR", "DISC", "POLE", "WIDE")
+VALUES = {
+    **dict.fromkeys(SWITCHES, (False, True)),
+    "BOW_COUNT": (1, 2),
+    "SUN_COUNT": (0, 1, 2),
+    "LAMP_COUNT": (0, 1, 2),
+}
+LIGHTS = {(1, 0), (0, 1), (1, 1), (2, 2)}
+
+
+def shapes():
+    """Every shape with a light."""
+    for values in product(*VALUES.values()):
+        shape = dict(zip(VALUES, values, strict=True))
+        if shape["SUN_COUNT"] + shape["LAMP_COUNT"] > 0:
+            yield shape
+
+
+def reachable(shape):
+    """Whether a scene makes this one."""
+    if not shape["DISC"]:
+        return not (shape["WIDE"] or shape["POLE"])
+    if shape["SUN_COUNT"] == 0:
+        return shape["WIDE"] and not shape["POLE"]
+    return True
+
+
+def pairwise():
+    """Few shapes in which any two values of any two defines meet, reachable or not."""
+    parts = {
+        tuple(sorted(shape.items())): set(combinations(sorted(shape.items()), 2))
+        for shape in shapes()
+    }
+    missing = set().union(*parts.values())
+    while missing:
+        shape = max(parts, key=lambda key: len(parts[key] & missing))
+        missing -= parts[shape]
+        yield dict(shape)
+
+
+def test_every_shape_of_the_shader_compiles():
+    scene = make()
+    defines = shader_defines(scene, scene_optics(scene), build_volume(scene.droplets))
+    assert defines.keys() >= VALUES.keys()
+    wanted = [s for s in shapes() if reachable(s) and (s["SUN_COUNT"], s["LAMP_COUNT"]) in LIGHTS]
+    wanted += pairwise()
+    assert len(wanted) > 280
+    context = open_context("osmesa")
+    with context.current() as ctx:
+        for shape in wanted:
+            sides = ("1.0", "-1.0")[: shape["BOW_COUNT"]]
+            changes = {**shape, "BOW_SIDE": f"float[]({', '.join(sides)})"}
+            compile_program(
+                ctx, "fullscreen.vert", "rainbow.frag", {**defines, **changes}
+            ).release()
+        assert ctx.error == "GL_NO_ERROR"
+    context.close()
