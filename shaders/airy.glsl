@@ -98,8 +98,9 @@ Number airyMean(sampler2D near, sampler2D fringe, sampler2D pole,
 }
 
 #if LAMP_COUNT
-// The integral of Ai^2(-z) from the shadow up to z, averaged over the disc: 4e-4 at the most, where
-// it is of order 1. Without the rings about the poles, which matter within a few disc radii only.
+// The integral of Ai^2(-z) from the shadow up to z, averaged over the disc: within 2.4e-4 where it is
+// of order 1, and 2e-6 of itself beyond (float32); discs beyond the table scale. Without the rings
+// about the poles, which matter within a few disc radii only.
 Number airyRunning(sampler2D near, sampler2D fringe, Number z, Number disc) {
     Number shrink = airyShrink(disc);
     z *= shrink;

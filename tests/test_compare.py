@@ -216,22 +216,17 @@ def test_a_wrong_key_after_set_is_named_there():
     ("text", "line"),
     [
         ("[compare]\nsplit = 1.5\nright = {}", "compare.split = 1.5; must be 0..1"),
-        ("[compare]\nsplit = nan\nright = {}", "compare.split = nan; must be a finite number, "
-         "0..1"),
+        (
+            "[compare]\nsplit = nan\nright = {}",
+            "compare.split = nan; must be a finite number, 0..1",
+        ),
         ("[compare]", "compare.right is missing; give a table of scene keys and values"),
         ("[compare]\nright = 5", "compare.right = 5; must be a table of scene keys and values"),
-        ("[compare]\nleft = {}\nright = {}", "unknown key compare.left; did you mean "
-         "compare.right?"),
+        ("[compare]\nleft = {}\nright = {}", "unknown key compare.left; known here: split, right"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_table(text, line):
-    got = problems(f"{SMALL}{text}\n")
-    assert got[0].startswith("storm.toml: ")
-    assert len(got) == 1
-    if "left" not in text:
-        assert got == [f"storm.toml: {line}"]
-    else:
-        assert "unknown key compare.left" in got[0]
+    assert problems(f"{SMALL}{text}\n") == [f"storm.toml: {line}"]
 
 
 def test_a_deeply_nested_key_is_refused_like_any_other():

@@ -1,8 +1,8 @@
 """Print the project's measured numbers: check values, table, frames against the reference, times.
 
-    python tools/accuracy.py [physics] [table] [frames] [volume] [startup]
+    python tools/accuracy.py [physics] [table] [frames] [figures] [volume] [startup]
 
-Without arguments, all of them. Times depend on the machine and are never part of a test.
+Without arguments, all but the figures. Times depend on the machine and are never part of a test.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from rtbow.airy import airy_squared, bow
 from rtbow.arrays import Array, floats
 from rtbow.atmosphere import rayleigh_depth, sun_column
 from rtbow.colour import luminance
+from rtbow.figures import PREFIX, figure_names
 from rtbow.scene import Scene
 from rtbow.table_tools import describe_table
 from rtbow.volume import DropletVolume, save_volume
@@ -96,8 +97,18 @@ def render(scene: Scene, method: str, backend: str = "auto") -> tuple[Array, flo
 
 
 def frames() -> None:
-    """Print the shader's distance from the reference on each built-in scene and backend."""
-    for name in ("default", "uniform", "shower"):
+    """Print the shader's distance from the reference on the first scenes, on each backend."""
+    compare("default", "uniform", "shower")
+
+
+def figures() -> None:
+    """Print the same for the scenes of the paper's figures; takes some twenty minutes."""
+    compare(*(PREFIX + name for name in figure_names()))
+
+
+def compare(*names: str) -> None:
+    """Print the shader's distance from the reference, on the same wavelengths and on 1 nm."""
+    for name in names:
         size = {"camera.size_px": SIZE}
         scene = rtbow.load_scene(name, size)
         same, seconds, _ = render(scene, "reference")
@@ -167,12 +178,13 @@ SECTIONS: dict[str, Callable[[], None]] = {
     "physics": physics,
     "table": table,
     "frames": frames,
+    "figures": figures,
     "volume": volume,
     "startup": startup,
 }
 
 if __name__ == "__main__":
-    for section in sys.argv[1:] or SECTIONS:
+    for section in sys.argv[1:] or [name for name in SECTIONS if name != "figures"]:
         if section not in SECTIONS:
             sys.exit(f"{section}: no such section; must be one of {', '.join(SECTIONS)}")
         print(f"== {section}")
