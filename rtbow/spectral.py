@@ -35,6 +35,10 @@ _TILE_SECONDS = 0.15
 """Rows are drawn in strips of about this long, so that an interrupt is heard and progress shows."""
 
 
+_BLOCK = 4
+"""Mesa's CPU driver shades blocks of 4 x 4 pixels: a strip that cuts them pays for their whole."""
+
+
 def _matrix_literal(matrix: NDArray[np.float64]) -> str:
     """Write a matrix as GLSL, which lists columns first."""
     values = ", ".join(glsl_literal(float(v)) for v in matrix.T.ravel())
@@ -307,14 +311,16 @@ def _strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:
     Yields the first row and the number of rows; ``progress`` sees every row once.
     """
     rows = iter(progress(range(height)))
-    first, count = 0, 1
+    first, count = 0, _BLOCK
     while first < height:
+        # Down to a multiple of the block, counted from GL's first row, which is the lowest.
+        bottom = max(height - first - count, 0) // _BLOCK * _BLOCK
+        count = height - first - bottom
         begun = time.perf_counter()
         yield first, count
         for _ in range(count):
             next(rows, None)
         spent = max(time.perf_counter() - begun, 1e-6)
         first += count
-        faster = int(count * min(max(_TILE_SECONDS / spent, 0.25), 4.0))
-        count = min(max(faster, 1), height - first)
+        count = max(int(count * min(max(_TILE_SECONDS / spent, 0.25), 4.0)), 1)
     next(rows, None)  # lets the wrapper finish its line
