@@ -126,7 +126,7 @@ RUNNING = [
     (0.05, 2e-5),
     (0.7, 5e-5),
     (NEAR_S_FIXED - 0.01, 8e-5),
-    (NEAR_S_FIXED + 0.01, 8e-5),
+    (NEAR_S_FIXED + 0.02, 8e-5),
     (3.0, 1e-4),
     (5.0, 1.5e-4),
     (8.0, 1.5e-4),
@@ -144,11 +144,13 @@ def test_running_integral(built, s, bound):
     assert np.abs(got[z < -12.0 - s]).max() < 1e-9
 
 
-@by_running_disc
-@pytest.mark.parametrize("wide", [False, True])
+# Wide discs never come without their code.
+SHAPES = [(*case, wide) for case in RUNNING for wide in (False, True) if wide or case[0] < 2.0]
+
+
+@pytest.mark.parametrize(("s", "bound", "wide"), SHAPES, ids=lambda v: f"{v:.3g}")
 def test_glsl_running_integral(gl, built, s, bound, wide):
-    if s > NEAR_S_FIXED and not wide:
-        return  # never without the code for wide discs
+    assert wide or s <= NEAR_S_FIXED
     z, exact = running_cases(s)
     got = probe(
         gl,
@@ -588,9 +590,9 @@ def test_a_far_lamp_is_a_sun(backend):
     )
     near, exact = render(far, backend), render(sun, backend)
     assert exact.max() > 0.0
-    # Fringes without a disc are 0.1 degrees apart; worst 1.4e-2.
-    assert deviation(near, exact).max() < 3e-2
-    assert near.sum() == pytest.approx(exact.sum(), rel=2e-3)
+    # Fringes without a disc move by these angles: worst 6e-3, and 3e-4 of the whole.
+    assert deviation(near, exact).max() < 1e-2
+    assert near.sum() == pytest.approx(exact.sum(), rel=1e-3)
 
 
 # --- Frames -----------------------------------------------------------------------------------
@@ -626,7 +628,7 @@ def test_air_dims_the_way_from_the_lamp_and_to_the_eye(backend):
     passed = dimmed[lit] / clear[lit]
     assert np.all(passed < 0.98)
     assert np.all(passed[:, 2] < passed[:, 0])
-    assert deviation(dimmed, exact).max() < 5e-3
+    assert deviation(dimmed, exact).max() < 1e-3  # measured 4e-4
 
 
 @pytest.mark.parametrize("spectrum", ["E490", "equal-energy", "FL1", "HP1", "LED-B3"])
