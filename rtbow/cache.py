@@ -53,23 +53,58 @@ def cached_arrays(name: str, key: str, build: Callable[[], Mapping[str, Any]]) -
     Raises:
         RtbowError: ``build`` gave an array of Python objects, or raised this error itself.
     """
-    file_name = f"{name}-{hashlib.sha256(_encoded(key)).hexdigest()[:16]}.npz"
-    folder = cache_dir()
-    # Without a home folder the path starts with a literal "~", which nobody wants created.
-    usable = folder.is_absolute()
-    if usable:
-        found = _load(folder / file_name, name, key)
-        if found is not None:
-            return found
+    found = kept_arrays(name, key)
+    if found is not None:
+        return found
     arrays = {item: np.asarray(value) for item, value in build().items()}
+    keep_arrays(name, key, arrays)
+    return arrays
+
+
+def kept_arrays(name: str, key: str) -> Arrays | None:
+    """Return the arrays kept under a name and key, or None (see :func:`cached_arrays`)."""
+    path = _path(name, key)
+    return _load(path, name, key) if path else None
+
+
+def keep_arrays(name: str, key: str, arrays: Arrays) -> bool:
+    """Keep arrays under a name and key, where the cache folder can be used.
+
+    Returns:
+        Whether they lie there now.
+
+    Raises:
+        RtbowError: an array of Python objects.
+    """
     for item, array in arrays.items():
         if array.dtype.hasobject:
             raise RtbowError(f"cache {name}: array {item} holds Python objects; must hold numbers")
-    if usable:
-        with contextlib.suppress(OSError, RtbowError, MemoryError):
-            folder.mkdir(parents=True, exist_ok=True)
-            write_atomic(folder / file_name, _packed(arrays, name, key))
-    return arrays
+    path = _path(name, key)
+    if path is None:
+        return False
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(path, _packed(arrays, name, key))
+    except (OSError, RtbowError, MemoryError):
+        return False
+    return True
+
+
+def forget_arrays(name: str, key: str) -> None:
+    """Remove what is kept under a name and key, if anything is."""
+    path = _path(name, key)
+    if path:
+        with contextlib.suppress(OSError):
+            path.unlink(missing_ok=True)
+
+
+def _path(name: str, key: str) -> Path | None:
+    """Return the file for a name and key, or None where there is no folder for it."""
+    folder = cache_dir()
+    # Without a home folder the path starts with a literal "~", which nobody wants created.
+    if not folder.is_absolute():
+        return None
+    return folder / f"{name}-{hashlib.sha256(_encoded(key)).hexdigest()[:16]}.npz"
 
 
 def source_digest(*modules: str) -> str:
@@ -77,6 +112,11 @@ def source_digest(*modules: str) -> str:
     folder = Path(__file__).resolve().parent
     texts = [(folder / f"{name}.py").read_bytes() for name in modules]
     return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
+
+
+def file_digest(path: Path) -> str:
+    """Give a hash of a file's content."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 def cache_size() -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array
+from rtbow.arrays import Array, floats
 from rtbow.scene import Camera
 
 
@@ -78,3 +78,36 @@ def box_span(origin: Array, directions: Array, box: Array) -> tuple[Array, Array
         entry = np.maximum(entry, np.where(parallel, -np.inf if within else np.inf, low))
         leave = np.minimum(leave, np.where(parallel, np.inf if within else -np.inf, high))
     return entry, leave
+
+
+def polarizer_pass(camera: Camera) -> Array:
+    """Give the direction (3,) of the field that the camera's polarising filter lets pass.
+
+    ``polarizer_deg`` turns it from the picture's horizontal, counterclockwise as the eye sees it.
+    """
+    _, right, up = camera_basis(camera)
+    angle = np.radians(camera.polarizer_deg or 0.0)
+    across, along = right / np.linalg.norm(right), up / np.linalg.norm(up)
+    return floats(np.cos(angle) * across + np.sin(angle) * along)
+
+
+def perpendicular_share(camera: Camera, towards_light: Array, rays: Array) -> Array:
+    """Give the share of the component perpendicular to the scattering plane in what is seen.
+
+    Args:
+        camera: with or without a polarising filter.
+        towards_light: from the eye to the light (3,), any length.
+        rays: unit directions of view (n, 3).
+
+    Returns:
+        (n,): cos² of the angle between that component's field and the one that the filter lets
+        pass; one half without a filter.
+    """
+    if camera.polarizer_deg is None:
+        return np.full(len(rays), 0.5)
+    passing = polarizer_pass(camera)
+    # A filter passes the field along its own direction, as far as that is across the ray.
+    field = passing - (rays @ passing)[:, None] * rays
+    normal = np.cross(towards_light, rays)
+    sizes = np.sum(normal**2, axis=1) * np.sum(field**2, axis=1)
+    return floats(np.sum(normal * field, axis=1) ** 2 / np.maximum(sizes, 1e-30))

@@ -44,6 +44,7 @@ class Limits:
     """Largest sizes that a context takes, in texels or pixels along each axis."""
 
     texture_2d: int
+    layers: int
     texture_3d: int
     viewport: tuple[int, int]
 
@@ -93,6 +94,7 @@ class GlContext:
         width, height = info["GL_MAX_VIEWPORT_DIMS"]
         self.limits = Limits(
             texture_2d=int(info["GL_MAX_TEXTURE_SIZE"]),
+            layers=int(info["GL_MAX_ARRAY_TEXTURE_LAYERS"]),
             texture_3d=int(info["GL_MAX_3D_TEXTURE_SIZE"]),
             viewport=(int(width), int(height)),
         )

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.airy import Bow, bows
-from rtbow.arrays import Array
+from rtbow.arrays import Array, Progress, no_progress
 from rtbow.atmosphere import rayleigh_depth
 from rtbow.lights import Lamp, Sun, lamps, suns
 from rtbow.scene import Scene
+from rtbow.sections import Sections, water_sections
 from rtbow.spectrum import colour_weights, wavelength_bins
+from rtbow.volume import DropletVolume
 from rtbow.water import relative_index
 
 
@@ -25,7 +27,7 @@ class Optics:
 
     Attributes:
         wavelength_nm: (W,).
-        bows: the scene's bows.
+        bows: the scene's bows; none where exact theory has its own.
         air_depth: vertical Rayleigh depth from sea level (W,), zeros without air.
         suns: the lights at infinity.
         sun_weights: for each sun, (W, 3) in lm/m²: a radiance per irradiance [sr⁻¹] summed with
@@ -59,13 +61,45 @@ def scene_optics(scene: Scene) -> Optics:
     bins = wavelength_bins(scene.render.wavelength_step_nm)
     nm = bins.wavelength_nm
     index = relative_index(nm, scene.scattering.water_temperature_c)
+    orders = scene.scattering.orders if scene.scattering.theory == "airy" else ()
     has_air = scene.atmosphere is not None and scene.atmosphere.rayleigh
     return Optics(
         wavelength_nm=nm,
-        bows=bows(scene.scattering.orders, nm * 1e-9, index),
+        bows=bows(orders, nm * 1e-9, index),
         air_depth=rayleigh_depth(nm) if has_air else np.zeros_like(nm),
         suns=the_suns,
         sun_weights=tuple(colour_weights(sun.spectrum, bins) for sun in the_suns),
         lamps=the_lamps,
         lamp_weights=tuple(colour_weights(lamp.spectrum, bins) for lamp in the_lamps),
+    )
+
+
+def table_sections(
+    scene: Scene, optics: Optics, volume: DropletVolume, progress: Progress = no_progress
+) -> Sections | None:
+    """Give the cross-sections of a scene whose drops need a table of them.
+
+    That is exact theory, and mixtures of sizes in either; None for Airy's theory of drops of one
+    size at a point, which evaluates the bows in place.
+
+    Args:
+        scene: the scene.
+        optics: its optics.
+        volume: its drops.
+        progress: wraps the loop over parts of an exact table that must be built.
+    """
+    theory = scene.scattering.theory
+    if theory == "airy" and volume.sizes is None:
+        return None
+    radii_um = volume.radius_range_um
+    if volume.sizes is not None:
+        radii_um = (volume.sizes.radius_m[0] * 1e6, volume.sizes.radius_m[-1] * 1e6)
+    return water_sections(
+        theory,
+        optics.wavelength_nm,
+        scene.scattering.water_temperature_c,
+        radii_um if radii_um[0] > 0.0 else (100.0, 100.0),
+        orders=scene.scattering.orders,
+        spread=scene.scattering.size_spread,
+        progress=progress,
     )

@@ -1,10 +1,12 @@
-"""Method ``reference``: the radiance integral in float64 on the CPU, plainly and without tables.
+"""Method ``reference``: the radiance integral in float64 on the CPU, plainly.
 
 Each ray is cut where it crosses the planes of the droplet grid; between cuts the drops vary
 smoothly and Gauss-Legendre nodes integrate them. At every node and wavelength Airy's intensity is
-evaluated itself and averaged over the light's disc by quadrature on the sphere; air columns
-towards the sun are quadratures through spherical shells. This is what every faster method is
-measured against, so it shares with them only the scene, the spectra and the optics formulas.
+evaluated itself and averaged over the light's disc by quadrature on the sphere; exact theory is
+summed at the scene's own radius and wavelengths, or looked up in float64 where there are several
+radii. Air columns towards the sun are quadratures through spherical shells, depths of rain are
+integrated exactly between the grid's planes. This is what every faster method is measured against,
+so it shares with them only the scene, the spectra and the optics formulas.
 """
 
 from __future__ import annotations
@@ -14,45 +16,126 @@ from functools import lru_cache
 
 import numpy as np
 
-from rtbow.airy import RADIUS_POWER, SCALE_POWER
-from rtbow.arrays import Array, Indices, Progress, floats, no_progress
+from rtbow.airy import SCALE_POWER
+from rtbow.arrays import Array, Indices, Progress, no_progress
 from rtbow.atmosphere import segment_column, sun_column
-from rtbow.camera import box_span, pixel_directions
+from rtbow.camera import box_span, perpendicular_share, pixel_directions
 from rtbow.colour import xyz_to_rgb
 from rtbow.disc import disc_nodes
-from rtbow.lights import NEAREST_M
-from rtbow.optics import Optics, scene_optics
+from rtbow.extinction import RainExtinction, paths_to, rain_extinction, with_second
+from rtbow.lights import NEAREST_M, Lamp, Sun
+from rtbow.mie_direct import DirectMieSections
+from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.reference_kernel import integrate_spectrum, sample_rays
 from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
+from rtbow.reference_rain_kernel import depths_along, depths_of_paths
+from rtbow.reference_table_kernel import integrate_lamp_rows, integrate_rows
 from rtbow.scene import Scene
+from rtbow.section_table import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
+from rtbow.sections import Sections
 from rtbow.volume import DropletVolume, build_volume
 
 _MOST_NODES = 24
 """Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""
 _AIR_CELL_M = 200.0
 """Longest piece of a ray in air: attenuation over it is a polynomial of degree 5 to 1e-12."""
+_RAIN_DEPTH = 0.25
+"""Largest optical depth of the densest rain over a piece of a ray."""
+_RAIN_PIECES = 64.0
+"""Pieces along the box's diagonal in rain that attenuates, at least: the way to a light has kinks."""
 _LAMP_PIECE_RAD = 0.01
 """Largest angle of a piece at a lamp. Drops and air vary over it by midpoint rule; the
 cross-section's integral over it is exact."""
 _DISC_NODES = 16
 """Nodes over the disc beside those that the fringe phase across it asks for."""
+_SECTION_VALUES = 8_000_000
+"""Cross-sections held at a time: rows of pixels are rendered in as many groups as that takes."""
+
+
+@dataclass(frozen=True)
+class _Setup:
+    """A scene, ready to be integrated along rays."""
+
+    scene: Scene
+    optics: Optics
+    volume: DropletVolume
+    moments: Array
+    sections: Sections | None
+    rows: RadiusAxis | None
+    rain: RainExtinction | None
+
+    @property
+    def origin(self) -> Array:
+        return np.array(self.scene.camera.position_m, dtype=np.float64)
+
+    @property
+    def rain_ratio(self) -> Array:
+        count = len(self.optics.wavelength_nm)
+        return np.zeros(count) if self.rain is None else self.rain.ratio
+
+    @property
+    def longest(self) -> float:
+        """Longest piece of a ray, m."""
+        # Without attenuation and without a grid the integrand is constant along the ray.
+        longest = _AIR_CELL_M if self.optics.has_air else np.inf
+        if self.rain is not None and self.rain.greatest > 0.0:
+            diagonal = float(np.linalg.norm(self.volume.box_m[1] - self.volume.box_m[0]))
+            longest = min(longest, diagonal / _RAIN_PIECES)
+            # Beyond a depth of 50 nothing is seen, so that fog asks for no more pieces than that.
+            longest = min(longest, max(_RAIN_DEPTH / self.rain.greatest, diagonal / 4000.0))
+        return longest
+
+    def row_place(self, radius_m: Array) -> Array:
+        """Places of radii along the rows."""
+        assert self.rows is not None
+        if len(self.rows.radius_m) == 1:
+            return np.zeros(len(radius_m))
+        return np.log(radius_m / self.rows.radius_m[0]) * self.rows.per_fold
+
+    def area(self, radius_m: Array) -> Array:
+        """Squares of radii: of the rows' own one where there is only one, to the last digit."""
+        assert self.rows is not None
+        one = len(self.rows.radius_m) == 1
+        return np.full(len(radius_m), self.rows.radius_m[0] ** 2) if one else radius_m**2
+
+
+def _set_up(scene: Scene, progress: Progress = no_progress) -> _Setup:
+    optics = scene_optics(scene)
+    volume = build_volume(scene.droplets)
+    sections = table_sections(scene, optics, volume, progress)
+    rows = None
+    if sections is not None:
+        least, most = volume.radius_range_um
+        if most <= 0.0:  # no drops anywhere: any radius will do
+            least = most = 100.0
+        rows = radius_axis((least, most), volume.sizes)
+        if scene.scattering.theory == "mie" and volume.sizes is None and least == most:
+            sections = DirectMieSections.of(scene, optics, least * 1e-6)
+    rain = rain_extinction(scene, optics, volume) if scene.droplets.extinction else None
+    return _Setup(scene, optics, volume, _moments(volume), sections, rows, rain)
 
 
 @dataclass(frozen=True)
 class _Samples:
-    """Samples along the rays of one row of pixels, concatenated.
+    """Samples along the rays of some pixels, concatenated.
 
     Attributes:
         start: first sample of each pixel, and the end of the last, (pixels + 1,).
         distance_m: distance from the eye (n,).
         weight: density times length, m⁻² (n,).
         radius_m: drop radius (n,).
+        points_m: where they are (n, 3).
+        rise: sine of the ray's altitude (n,).
+        depth: optical depth of the rain towards the eye at 550 nm (n,).
     """
 
     start: Indices
     distance_m: Array
     weight: Array
     radius_m: Array
+    points_m: Array
+    rise: Array
+    depth: Array
 
 
 @lru_cache(maxsize=1)
@@ -64,110 +147,186 @@ def _gauss_rules() -> Array:
     return rules
 
 
-def _sample_row(
-    origin: Array, rays: Array, volume: DropletVolume, moments: Array, has_air: bool
-) -> _Samples:
-    entry, leave = box_span(origin, rays, volume.box_m)
-    # Without air and without a grid the integrand is constant along the ray.
-    longest = _AIR_CELL_M if has_air else np.inf
+def _sample(setup: _Setup, rays: Array) -> _Samples:
+    origin, box = setup.origin, setup.volume.box_m
+    entry, leave = box_span(origin, rays, box)
     start, distance, weight, radius = sample_rays(
-        origin, rays, entry, leave, volume.box_m, moments, longest, _gauss_rules()
+        origin, rays, entry, leave, box, setup.moments, setup.longest, _gauss_rules()
     )
-    return _Samples(start, distance, weight, radius)
+    each = np.repeat(rays, np.diff(start), axis=0)
+    points = origin + distance[:, None] * each
+    return _Samples(
+        start, distance, weight, radius, points, each[:, 2],
+        _depth_to_eye(setup, rays, start, distance),
+    )  # fmt: skip
 
 
-def _disc_angles(optics: Optics, light: int, theta: float, radius_m: float) -> tuple[Array, Array]:
+def _depth_to_eye(setup: _Setup, rays: Array, start: Indices, distance: Array) -> Array:
+    if setup.rain is None:
+        return np.zeros(len(distance))
+    box = setup.volume.box_m
+    entry, _ = box_span(setup.origin, rays, box)
+    field = with_second(setup.rain.field)
+    return depths_along(setup.origin, rays, entry, start, distance, box, field)
+
+
+def _depth_to_light(setup: _Setup, light: Sun | Lamp, points: Array) -> Array:
+    if setup.rain is None or not len(points):
+        return np.zeros(len(points))
+    box = setup.volume.box_m
+    inside = np.clip(points, box[0], box[1])
+    directions, lengths = paths_to(light, inside, box)
+    return depths_of_paths(inside, directions, lengths, box, with_second(setup.rain.field))
+
+
+def _scattering_angles(direction: Array, rays: Array) -> Array:
+    # theta = 0 is forward: light travels along -direction and on towards the eye along -ray.
+    across = np.linalg.norm(direction - rays, axis=-1)
+    return 2.0 * np.arctan2(across, np.linalg.norm(direction + rays, axis=-1))
+
+
+def _sun_xyz(setup: _Setup, rays: Array, samples: _Samples) -> Array:
+    """Integrate pixels under the suns: X, Y, Z (pixels, 3)."""
+    optics, origin = setup.optics, setup.origin
+    eye_column = np.zeros(len(samples.distance_m))
+    if optics.has_air:
+        eye_column = segment_column(origin[2], samples.rise, samples.distance_m)
+    xyz = np.zeros((len(rays), 3))
+    for sun, colour in zip(optics.suns, optics.sun_weights, strict=True):
+        column = eye_column
+        if optics.has_air:
+            column = column + sun_column(samples.points_m[:, 2], sun.altitude_rad)
+        depth = samples.depth + _depth_to_light(setup, sun, samples.points_m)
+        theta = _scattering_angles(sun.direction, rays)
+        share = perpendicular_share(setup.scene.camera, sun.direction, rays)
+        if setup.sections is None:
+            xyz += _airy_sun(setup, sun, samples, column, depth, theta, share, colour)
+        else:
+            xyz += _table_sun(setup, sun, samples, column, depth, theta, share, colour)
+    return xyz
+
+
+def _airy_sun(
+    setup: _Setup, sun: Sun, samples: _Samples, column: Array, depth: Array, theta: Array,
+    share: Array, colour: Array,
+) -> Array:  # fmt: skip
+    """Light of one sun by Airy's bows, evaluated at each sample."""
+    counts = np.diff(samples.start)
+    angles, weights, first = [], [], [0]
+    for pixel, angle in enumerate(theta):
+        if counts[pixel]:
+            part = slice(samples.start[pixel], samples.start[pixel + 1])
+            most = float(samples.radius_m[part].max())
+            nodes, shares = _disc_angles(setup.optics, sun.disc_rad, float(angle), most)
+            angles.append(nodes)
+            weights.append(shares)
+        first.append(first[-1] + (len(angles[-1]) if counts[pixel] else 0))
+    if not angles:
+        return np.zeros((len(theta), 3))
+    return integrate_spectrum(
+        samples.start, samples.weight, samples.radius_m, column, depth,
+        np.array(first), np.concatenate(angles), np.concatenate(weights), share,
+        *_bow_arrays(setup), setup.optics.air_depth, setup.rain_ratio, colour,
+    )  # fmt: skip
+
+
+def _disc_angles(
+    optics: Optics, disc_rad: float, theta: float, radius_m: float
+) -> tuple[Array, Array]:
     """Give nodes over a light's disc, enough for the fringes of this angle and drop size."""
-    disc = optics.suns[light].disc_rad
     phase = 0.0
     for bow in optics.bows:
         scale = bow.scale.max() * radius_m**SCALE_POWER
-        excess = np.max(bow.side * (theta - bow.angle_rad)) + 2.0 * disc
-        phase = max(phase, 2.0 * scale * disc * np.sqrt(max(scale * excess, 1.0)))
-    return disc_nodes(theta, disc, _DISC_NODES + int(0.6 * phase))
+        excess = np.max(bow.side * (theta - bow.angle_rad)) + 2.0 * disc_rad
+        phase = max(phase, 2.0 * scale * disc_rad * np.sqrt(max(scale * excess, 1.0)))
+    return disc_nodes(theta, disc_rad, _DISC_NODES + int(0.6 * phase))
 
 
-def _sun_xyz(optics: Optics, origin: Array, rays: Array, samples: _Samples) -> Array:
-    """Integrate one row of pixels under the suns: X, Y, Z (pixels, 3)."""
-    counts = np.diff(samples.start)
-    rise = np.repeat(rays[:, 2], counts)
-    height = origin[2] + samples.distance_m * rise
-    air = optics.has_air
-    eye_column = (
-        segment_column(origin[2], rise, samples.distance_m)
-        if air
-        else np.zeros_like(samples.distance_m)
-    )
-    bow_numbers, sides = _bow_arrays(optics)
+def _table_sun(
+    setup: _Setup, sun: Sun, samples: _Samples, column: Array, depth: Array, theta: Array,
+    share: Array, colour: Array,
+) -> Array:  # fmt: skip
+    """Light of one sun by cross-sections computed at each pixel's own angle."""
+    assert setup.sections is not None
+    assert setup.rows is not None
+    lit = np.diff(samples.start) > 0
+    xyz = np.zeros((len(theta), 3))
+    if not np.any(lit):
+        return xyz
+    both = row_sections(setup.sections, setup.rows, theta[lit], sun.disc_rad)  # (R, W, U, 2)
+    halves = 0.5 if setup.scene.camera.polarizer_deg is not None else 1.0
+    mixed = share[lit] * both[..., 0] + (1.0 - share[lit]) * both[..., 1]
+    sections = np.zeros((len(theta), both.shape[1], both.shape[0]))
+    sections[lit] = halves * mixed.transpose(2, 1, 0)
+    return integrate_rows(
+        samples.start, samples.weight, setup.row_place(samples.radius_m),
+        setup.area(samples.radius_m), column, depth, sections, setup.optics.air_depth,
+        setup.rain_ratio, colour,
+    )  # fmt: skip
 
+
+def _lamp_xyz(setup: _Setup, rays: Array) -> Array:
+    """Integrate pixels under the lamps: X, Y, Z (pixels, 3)."""
+    optics, origin, box = setup.optics, setup.origin, setup.volume.box_m
+    entry, leave = box_span(origin, rays, box)
     xyz = np.zeros((len(rays), 3))
-    for light, sun in enumerate(optics.suns):
-        column = eye_column + (sun_column(height, sun.altitude_rad) if air else 0.0)
-        # theta = 0 is forward: light travels along -direction and on towards the eye along -ray.
-        theta = 2.0 * np.arctan2(
-            np.linalg.norm(sun.direction - rays, axis=-1),
-            np.linalg.norm(sun.direction + rays, axis=-1),
-        )
-        angles, weights, first = [], [], [0]
-        for pixel, angle in enumerate(theta):
-            if counts[pixel]:
-                part = slice(samples.start[pixel], samples.start[pixel + 1])
-                nodes, shares = _disc_angles(
-                    optics, light, float(angle), float(samples.radius_m[part].max())
-                )
-                angles.append(nodes)
-                weights.append(shares)
-            first.append(first[-1] + (len(angles[-1]) if counts[pixel] else 0))
-        if not angles:
-            continue
-        xyz += integrate_spectrum(
-            samples.start,
-            samples.weight,
-            samples.radius_m**SCALE_POWER,
-            samples.radius_m**RADIUS_POWER,
-            column,
-            np.array(first),
-            np.concatenate(angles),
-            np.concatenate(weights),
-            bow_numbers,
-            sides,
-            optics.air_depth,
-            optics.sun_weights[light],
-        )
-    return xyz
-
-
-def _lamp_xyz(
-    optics: Optics, origin: Array, rays: Array, volume: DropletVolume, moments: Array
-) -> Array:
-    """Integrate one row of pixels under the lamps: X, Y, Z (pixels, 3)."""
-    entry, leave = box_span(origin, rays, volume.box_m)
-    longest = _AIR_CELL_M if optics.has_air else np.inf
-    xyz = np.zeros((len(rays), 3))
-    for lamp, weights in zip(optics.lamps, optics.lamp_weights, strict=True):
+    for lamp, colour in zip(optics.lamps, optics.lamp_weights, strict=True):
         start, pieces = lamp_pieces(
-            origin, rays, entry, leave, volume.box_m, moments, longest,
+            origin, rays, entry, leave, box, setup.moments, setup.longest,
             lamp.position_m, lamp.radius_m, _LAMP_PIECE_RAD, NEAREST_M,
         )  # fmt: skip
+        each = np.repeat(rays, np.diff(start), axis=0)
+        points = origin + pieces[:, :1] * each
         column = np.zeros(len(pieces))
         if optics.has_air:
-            rise = np.repeat(rays[:, 2], np.diff(start))
-            height = origin[2] + pieces[:, 0] * rise
-            at = origin + pieces[:, :1] * np.repeat(rays, np.diff(start), axis=0)
-            distance = np.linalg.norm(at - lamp.position_m, axis=1)
-            slope = (height - lamp.position_m[2]) / distance
-            column = segment_column(origin[2], rise, pieces[:, 0])
+            distance = np.linalg.norm(points - lamp.position_m, axis=1)
+            slope = (points[:, 2] - lamp.position_m[2]) / distance
+            column = segment_column(origin[2], each[:, 2], pieces[:, 0])
             column = column + segment_column(lamp.position_m[2], slope, distance)
-        xyz += integrate_lamp(
-            start, pieces, column, *_bow_arrays(optics), optics.air_depth, weights
-        )
+        depth = _depth_to_eye(setup, rays, start, pieces[:, 0])
+        depth = depth + _depth_to_light(setup, lamp, points)
+        share = perpendicular_share(setup.scene.camera, lamp.position_m - origin, rays)
+        if setup.sections is None:
+            xyz += integrate_lamp(
+                start, pieces, column, depth, share, *_bow_arrays(setup), optics.air_depth,
+                setup.rain_ratio, colour,
+            )  # fmt: skip
+        else:
+            xyz += integrate_lamp_rows(
+                start, pieces, setup.row_place(pieces[:, 2]), column, depth, share,
+                *_lamp_sections(setup), optics.air_depth, setup.rain_ratio, colour,
+            )  # fmt: skip
     return xyz
 
 
-def _bow_arrays(optics: Optics) -> tuple[Array, Array]:
-    """Bows as the kernels take them: (bows, 3, W) of angle, scale and strength; sides (bows,)."""
-    numbers = [np.stack([b.angle_rad, b.scale, b.strength]) for b in optics.bows]
-    return np.stack(numbers), np.array([b.side for b in optics.bows])
+def _lamp_sections(setup: _Setup) -> tuple[Array, Array, Array]:
+    """Angles, cross-sections without a disc (W, rows, 2, U) and their running integrals."""
+    assert setup.sections is not None
+    assert setup.rows is not None
+    sizes = setup.volume.sizes
+    largest = sizes.radius_m[-1] if sizes is not None else setup.rows.radius_m[-1]
+    theta = angle_axis(0.0, np.pi, 0.0, float(largest)).angles()
+    # Twice as fine as the shader's own.
+    theta = np.sort(np.concatenate([theta, 0.5 * (theta[1:] + theta[:-1])]))
+    both = row_sections(setup.sections, setup.rows, theta, 0.0).transpose(1, 0, 3, 2)
+    both = np.ascontiguousarray(both)
+    if setup.scene.camera.polarizer_deg is not None:
+        both *= 0.5
+    return theta, both, running_integral(both, theta)
+
+
+def _bow_arrays(setup: _Setup) -> tuple[Array, Array]:
+    """Bows as the kernels take them: (bows, 4, W) of angle, scale and two strengths; sides.
+
+    With a polariser the strengths are half of the components', of which it passes shares; else
+    each is the mean of both.
+    """
+    numbers = []
+    polarised = setup.scene.camera.polarizer_deg is not None
+    for b in setup.optics.bows:
+        pair = (0.5 * b.perpendicular, 0.5 * b.parallel) if polarised else (b.strength, b.strength)
+        numbers.append(np.stack([b.angle_rad, b.scale, *pair]))
+    return np.stack(numbers), np.array([b.side for b in setup.optics.bows])
 
 
 def _moments(volume: DropletVolume) -> Array:
@@ -175,8 +334,8 @@ def _moments(volume: DropletVolume) -> Array:
 
     Their ratio is then the radius to the last digits, and drops of one radius stay of one radius.
     """
-    density = floats(volume.number_per_m3)
-    moments = np.stack([density, density * floats(volume.radius_um) * 1e-6], axis=-1)
+    density = volume.number_per_m3.astype(np.float64)
+    moments = np.stack([density, density * volume.radius_um.astype(np.float64) * 1e-6], axis=-1)
     return np.ascontiguousarray(moments.transpose(2, 1, 0, 3))
 
 
@@ -184,28 +343,31 @@ def radiance_along(scene: Scene, rays: Array) -> Array:
     """Give what the eye receives along some rays, in float64.
 
     Args:
-        scene: the scene; its camera's position counts, not its direction.
+        scene: the scene; its camera's position counts, and its direction for a polariser alone.
         rays: unit directions (n, 3).
 
     Returns:
         X, Y, Z (n, 3), Y in cd/m².
     """
-    optics = scene_optics(scene)
-    volume = build_volume(scene.droplets)
-    origin = floats(scene.camera.position_m)
-    return _rays_xyz(optics, origin, rays, volume, _moments(volume))
+    return _rays_xyz(_set_up(scene), rays)
 
 
-def _rays_xyz(
-    optics: Optics, origin: Array, rays: Array, volume: DropletVolume, moments: Array
-) -> Array:
+def _rays_xyz(setup: _Setup, rays: Array) -> Array:
     xyz = np.zeros((len(rays), 3))
-    if optics.suns:
-        samples = _sample_row(origin, rays, volume, moments, optics.has_air)
-        xyz += _sun_xyz(optics, origin, rays, samples)
-    if optics.lamps:
-        xyz += _lamp_xyz(optics, origin, rays, volume, moments)
+    if setup.optics.suns:
+        xyz += _sun_xyz(setup, rays, _sample(setup, rays))
+    if setup.optics.lamps:
+        xyz += _lamp_xyz(setup, rays)
     return xyz
+
+
+def _rows_at_a_time(setup: _Setup, width: int, height: int) -> int:
+    """Rows of pixels that are rendered together."""
+    if setup.rows is None or width == 0:
+        return 1
+    # What a table gives it gives for many angles at once.
+    each = width * len(setup.rows.radius_m) * len(setup.optics.wavelength_nm) * 2
+    return min(max(_SECTION_VALUES // each, 1), max(height // 4, 1))
 
 
 def render_reference(
@@ -224,14 +386,15 @@ def render_reference(
     Raises:
         InputError: a spectrum or volume file is not usable.
     """
-    optics = scene_optics(scene)
-    volume = build_volume(scene.droplets)
-    moments = _moments(volume)
+    setup = _set_up(scene)
     width, height = scene.camera.size_px
     width = len(range(width)[columns])
-    origin = np.array(scene.camera.position_m, dtype=np.float64)
     xyz = np.zeros((height, width, 3))
+    group = _rows_at_a_time(setup, width, height)
     for row in progress(range(height)):
-        rays = pixel_directions(scene.camera, slice(row, row + 1))[0, columns]
-        xyz[row] = _rays_xyz(optics, origin, rays, volume, moments)
+        if row % group == 0:
+            rows = slice(row, min(row + group, height))
+            rays = pixel_directions(scene.camera, rows)[:, columns]
+            found = _rays_xyz(setup, rays.reshape(-1, 3))
+            xyz[rows] = found.reshape(rays.shape)
     return xyz_to_rgb(xyz)

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from rtbow.airy import RADIUS_POWER, SCALE_POWER
 from rtbow.arrays import Array, Indices
 from rtbow.compiled import compiled, prange
 
@@ -78,30 +79,34 @@ def cut_ray(
 
 
 @compiled()
+def _cell(at: float, low: float, high: float, count: int) -> tuple[int, float, int]:
+    """First grid point of the cell that holds a coordinate, the share towards the next, and the
+    step to it: 0 where there is but one point."""
+    if count == 1:
+        return 0, 0.0, 0
+    place = (at - low) / (high - low) * (count - 1)
+    index = min(max(int(np.floor(place)), 0), count - 2)
+    return index, place - index, 1
+
+
+@compiled()
 def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
     """Trilinear density and density · radius at a point of the box."""
     nz, ny, nx = moments.shape[:3]
-    index = np.zeros(3, dtype=np.int64)
-    part = np.zeros(3)
-    step = np.zeros(3, dtype=np.int64)
-    for axis, n in enumerate((nx, ny, nz)):
-        if n > 1:
-            at = (point[axis] - box[0, axis]) / (box[1, axis] - box[0, axis]) * (n - 1)
-            index[axis] = min(max(int(np.floor(at)), 0), n - 2)
-            part[axis] = at - index[axis]
-            step[axis] = 1
+    x, fx, sx = _cell(point[0], box[0, 0], box[1, 0], nx)
+    y, fy, sy = _cell(point[1], box[0, 1], box[1, 1], ny)
+    z, fz, sz = _cell(point[2], box[0, 2], box[1, 2], nz)
     density, product = 0.0, 0.0
     for k in range(2):
+        share_z = fz if k else 1.0 - fz
         for j in range(2):
+            share_y = share_z * (fy if j else 1.0 - fy)
             for i in range(2):
-                share = (
-                    (part[0] if i else 1.0 - part[0])
-                    * (part[1] if j else 1.0 - part[1])
-                    * (part[2] if k else 1.0 - part[2])
-                )
-                z, y, x = index[2] + k * step[2], index[1] + j * step[1], index[0] + i * step[0]
-                density += share * moments[z, y, x, 0]
-                product += share * moments[z, y, x, 1]
+                share = share_y * (fx if i else 1.0 - fx)
+                if share != 0.0:
+                    at = moments[z + k * sz, y + j * sy, x + i * sx]
+                    density += share * at[0]
+                    product += share * at[1]
     return density, product
 
 
@@ -180,18 +185,22 @@ def _integrate(
     radius_scale: Array,
     radius_strength: Array,
     column: Array,
+    depth: Array,
     disc_start: Indices,
     disc_angle: Array,
     disc_weight: Array,
+    perpendicular: Array,
     bows: Array,
     sides: Array,
     air_depth: Array,
+    rain_ratio: Array,
     colour: Array,
     grid: Array,
 ) -> Array:
     pixels, wavelengths = len(start) - 1, len(air_depth)
     xyz = np.zeros((pixels, 3))
     for pixel in prange(pixels):
+        share = perpendicular[pixel]
         for w in range(wavelengths):
             radiance = 0.0
             section = 0.0
@@ -203,13 +212,15 @@ def _integrate(
                     last = radius_scale[k]
                     section = 0.0
                     for b in range(len(sides)):
-                        angle, scale, strength = bows[b, 0, w], bows[b, 1, w] * last, bows[b, 2, w]
+                        angle, scale = bows[b, 0, w], bows[b, 1, w] * last
+                        strength = share * bows[b, 2, w] + (1.0 - share) * bows[b, 3, w]
                         mean = 0.0
                         for j in range(disc_start[pixel], disc_start[pixel + 1]):
                             z = scale * sides[b] * (disc_angle[j] - angle)
                             mean += disc_weight[j] * airy_squared_at(z, grid)
                         section += strength * radius_strength[k] * mean
-                radiance += weight[k] * section * np.exp(-air_depth[w] * column[k])
+                passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
+                radiance += weight[k] * section * passed
             for c in range(3):
                 xyz[pixel, c] += radiance * colour[w, c]
     return xyz
@@ -218,15 +229,17 @@ def _integrate(
 def integrate_spectrum(
     start: Indices,
     weight: Array,
-    radius_scale: Array,
-    radius_strength: Array,
+    radius: Array,
     column: Array,
+    depth: Array,
     disc_start: Indices,
     disc_angle: Array,
     disc_weight: Array,
+    perpendicular: Array,
     bows: Array,
     sides: Array,
     air_depth: Array,
+    rain_ratio: Array,
     colour: Array,
 ) -> Array:
     """Sum the samples of each pixel over wavelengths, for one light.
@@ -234,15 +247,17 @@ def integrate_spectrum(
     Args:
         start: first sample of each pixel (n + 1,).
         weight: density times length per sample, m⁻².
-        radius_scale: radius^(2/3) per sample.
-        radius_strength: radius^(7/3) per sample.
+        radius: per sample, m.
         column: air column towards light and eye per sample, in H0.
+        depth: optical depth of the rain towards light and eye per sample, at 550 nm.
         disc_start: first disc node of each pixel (n + 1,).
         disc_angle: scattering angles over the disc, rad.
         disc_weight: their weights, summing to 1 per pixel.
-        bows: (bows, 3, W): angle, scale and strength per wavelength.
+        perpendicular: share of the bows' first strength per pixel (n,).
+        bows: (bows, 4, W): angle, scale and two strengths per wavelength.
         sides: (bows,): +1 or -1.
         air_depth: vertical optical depth (W,).
+        rain_ratio: the rain's extinction over that at 550 nm (W,).
         colour: (W, 3), lm/m².
 
     Returns:
@@ -250,7 +265,8 @@ def integrate_spectrum(
     """
     return np.asarray(
         _integrate(
-            start, weight, radius_scale, radius_strength, column, disc_start, disc_angle,
-            disc_weight, bows, sides, air_depth, colour, airy_grid(),
+            start, weight, radius**SCALE_POWER, radius**RADIUS_POWER, column, depth, disc_start,
+            disc_angle, disc_weight, perpendicular, bows, sides, air_depth, rain_ratio, colour,
+            airy_grid(),
         )
     )  # fmt: skip

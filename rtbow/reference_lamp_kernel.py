@@ -168,9 +168,12 @@ def _integrate_lamp(
     start: Indices,
     pieces: Array,
     column: Array,
+    depth: Array,
+    perpendicular: Array,
     bows: Array,
     sides: Array,
     air_depth: Array,
+    rain_ratio: Array,
     colour: Array,
     running: Array,
     grid: Array,
@@ -198,16 +201,19 @@ def _integrate_lamp(
                     for j in range(count):
                         angle = (j + 0.5) * np.pi / count
                         shift = spread * np.cos(angle)
-                        share = 2.0 / count * np.sin(angle) ** 2 if count > 1 else 1.0
+                        chord = 2.0 / count * np.sin(angle) ** 2 if count > 1 else 1.0
                         if abs(high - low) > 1e-3:
                             rise = _running_at(high + shift, running) - _running_at(
                                 low + shift, running
                             )
-                            mean += share * rise / (high - low)
+                            mean += chord * rise / (high - low)
                         else:
-                            mean += share * airy_squared_at(0.5 * (low + high) + shift, grid)
-                    section += bows[b, 2, w] * strength_power * mean
-                value = pieces[k, 1] * section * np.exp(-air_depth[w] * column[k])
+                            mean += chord * airy_squared_at(0.5 * (low + high) + shift, grid)
+                    share = perpendicular[pixel]
+                    strength = share * bows[b, 2, w] + (1.0 - share) * bows[b, 3, w]
+                    section += strength * strength_power * mean
+                passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
+                value = pieces[k, 1] * section * passed
                 for c in range(3):
                     xyz[pixel, c] += value * colour[w, c]
     return xyz
@@ -217,9 +223,12 @@ def integrate_lamp(
     start: Indices,
     pieces: Array,
     column: Array,
+    depth: Array,
+    perpendicular: Array,
     bows: Array,
     sides: Array,
     air_depth: Array,
+    rain_ratio: Array,
     colour: Array,
 ) -> Array:
     """Sum the pieces of each pixel over wavelengths, for one lamp.
@@ -228,9 +237,12 @@ def integrate_lamp(
         start: first piece of each pixel (n + 1,).
         pieces: as :func:`lamp_pieces` gives them (m, 6).
         column: air column towards lamp and eye per piece, in H0 (m,).
-        bows: (bows, 3, W): angle, scale and strength per wavelength.
+        depth: optical depth of the rain towards lamp and eye per piece, at 550 nm (m,).
+        perpendicular: share of the bows' first strength per pixel (n,).
+        bows: (bows, 4, W): angle, scale and two strengths per wavelength.
         sides: (bows,): +1 or -1.
         air_depth: vertical optical depth (W,).
+        rain_ratio: the rain's extinction over that at 550 nm (W,).
         colour: (W, 3), lm/sr.
 
     Returns:
@@ -238,5 +250,8 @@ def integrate_lamp(
     """
     grids = (_running_grid(), airy_grid())
     return np.asarray(
-        _integrate_lamp(start, pieces, column, bows, sides, air_depth, colour, *grids)
-    )
+        _integrate_lamp(
+            start, pieces, column, depth, perpendicular, bows, sides, air_depth, rain_ratio,
+            colour, *grids,
+        )
+    )  # fmt: skip

@@ -98,6 +98,14 @@ class Camera(Table):
     size_px: Annotated[tuple[Pixels, Pixels], Strict(False)] = Field(
         (1280, 720), description="width and height of the picture", json_schema_extra=_unit("px")
     )
+    polarizer_deg: float | None = Field(
+        None,
+        ge=-360,
+        le=360,
+        description="a polarising filter before the lens: the direction that it lets pass, "
+        "counterclockwise from horizontal as the eye sees it; left out: none",
+        json_schema_extra=_unit("deg"),
+    )
 
 
 class SunLight(Table):
@@ -177,11 +185,22 @@ class ConstantRadius(Table):
     radius_um: RadiusUm = Field(description="radius of every drop", json_schema_extra=_unit("µm"))
 
 
-class _RadiusRange(Table):
-    """Radii between two ends."""
+class _Mixed(Table):
+    """Drops of several sizes: one drawn for each grid point, or all of them everywhere."""
 
     # Narrowed below; declared here so that it stays the first key.
     distribution: str = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    mixing: Literal["per-point", "local"] = Field(
+        "per-point",
+        description="per-point: each grid point has drops of one size, drawn at random; "
+        "local: each has the whole distribution",
+        json_schema_extra=_unit(""),
+    )
+
+
+class _RadiusRange(_Mixed):
+    """Radii between two ends."""
+
     min_um: RadiusUm = Field(description="smallest radius", json_schema_extra=_unit("µm"))
     max_um: RadiusUm = Field(description="largest radius", json_schema_extra=_unit("µm"))
 
@@ -200,7 +219,7 @@ class UniformRadius(_RadiusRange):
     distribution: Literal["uniform"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
 
 
-class NormalRadius(Table):
+class NormalRadius(_Mixed):
     """Radii drawn from a bell curve."""
 
     distribution: Literal["normal"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
@@ -213,6 +232,59 @@ class NormalRadius(Table):
     )
 
 
+class LognormalRadius(_Mixed):
+    """Radii whose logarithms follow a bell curve."""
+
+    distribution: Literal["lognormal"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    median_um: RadiusUm = Field(
+        description="radius that half of the drops exceed", json_schema_extra=_unit("µm")
+    )
+    log_std: float = Field(
+        ge=0.01,
+        le=2,
+        description="standard deviation of ln(radius)",
+        json_schema_extra=_unit(""),
+    )
+
+
+class _Effective(_Mixed):
+    """A distribution given by its mean radius and variance, both weighted by area."""
+
+    effective_radius_um: RadiusUm = Field(
+        description="mean radius, weighted by area", json_schema_extra=_unit("µm")
+    )
+
+
+class GammaRadius(_Effective):
+    """Hansen's gamma distribution, the common one for clouds."""
+
+    distribution: Literal["gamma"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    effective_variance: float = Field(
+        ge=1e-4,
+        le=0.45,
+        description="variance over mean square of the radius, weighted by area",
+        json_schema_extra=_unit(""),
+    )
+
+
+class ModifiedGammaRadius(_Effective):
+    """Deirmendjian's modified gamma distribution: r^alpha exp(-b r^exponent)."""
+
+    distribution: Literal["modified-gamma"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    effective_variance: float = Field(
+        ge=1e-4,
+        le=0.45,
+        description="variance over mean square of the radius, weighted by area",
+        json_schema_extra=_unit(""),
+    )
+    exponent: float = Field(
+        ge=0.5,
+        le=5,
+        description="power of the radius in the exponential; 1 is gamma",
+        json_schema_extra=_unit(""),
+    )
+
+
 class MarshallPalmerRadius(_RadiusRange):
     """Radii of rain, whose number follows from the rain rate."""
 
@@ -222,7 +294,13 @@ class MarshallPalmerRadius(_RadiusRange):
 
 
 Radius = Annotated[
-    ConstantRadius | UniformRadius | NormalRadius | MarshallPalmerRadius,
+    ConstantRadius
+    | UniformRadius
+    | NormalRadius
+    | LognormalRadius
+    | GammaRadius
+    | ModifiedGammaRadius
+    | MarshallPalmerRadius,
     Field(discriminator="distribution"),
 ]
 
@@ -270,6 +348,14 @@ class Droplets(Table):
         description="the rain's own attenuation, towards light and eye",
         json_schema_extra=_unit(""),
     )
+    extinction_efficiency: float | None = Field(
+        None,
+        ge=0,
+        le=5,
+        description="light that a drop takes away, over what falls on it; left out: by drop size, "
+        "2 for cloud drops to 1 for rain, whose diffraction stays within the light's disc",
+        json_schema_extra=_unit(""),
+    )
     file: str | None = Field(
         None,
         min_length=1,
@@ -280,15 +366,6 @@ class Droplets(Table):
     density: Density | None = Field(
         None, description="the number of drops", json_schema_extra=_unit("")
     )
-
-    @field_validator("extinction")
-    @classmethod
-    def _no_extinction_yet(cls, value: bool) -> bool:
-        if value:
-            raise refused(
-                "the rain's own attenuation is not available in this version; must be false"
-            )
-        return value
 
     @field_validator("grid")
     @classmethod
@@ -315,6 +392,14 @@ class Droplets(Table):
                 "the second corner must exceed the first on each axis: " + ", ".join(wrong)
             )
         return box
+
+    @property
+    def one_kind(self) -> bool:
+        """Whether drops are of one kind everywhere: one radius, or one mixture of radii."""
+        radius = self.radius
+        return isinstance(radius, ConstantRadius) or (
+            radius is not None and radius.mixing == "local"
+        )
 
     @model_validator(mode="after")
     def _parts_fit(self) -> Self:
@@ -343,8 +428,11 @@ class Droplets(Table):
         if self.radius is None:
             return
         choice = f'distribution = "{self.radius.distribution}"'
-        if self.grid is None and not isinstance(self.radius, ConstantRadius):
-            remedy = "draws a radius at each grid point: give their number, such as [64, 64, 32]"
+        if self.grid is None and not self.one_kind:
+            remedy = (
+                "draws a radius at each grid point: give their number, such as [64, 64, 32], or "
+                'all sizes everywhere with radius.mixing = "local"'
+            )
             yield _missing(("grid",), f"{choice} {remedy}")
         if self.density is None:
             return
@@ -371,13 +459,24 @@ class Atmosphere(Table):
 class Scattering(Table):
     """How a drop scatters light."""
 
-    theory: Literal["airy"] = Field(
-        "airy", description="theory of the single drop", json_schema_extra=_unit("")
+    theory: Literal["airy", "mie"] = Field(
+        "airy",
+        description="theory of the single drop: airy for the bows alone, mie for all that a "
+        "sphere does, exactly",
+        json_schema_extra=_unit(""),
+    )
+    size_spread: float = Field(
+        0.02,
+        ge=0.01,
+        le=0.2,
+        description="standard deviation of ln(radius) about each drop size, which blurs the "
+        "resonances of a single size (mie); 0.02 is 2 %",
+        json_schema_extra=_unit(""),
     )
     orders: Annotated[tuple[Order, ...], Strict(False)] = Field(
         (1, 2),
         min_length=1,
-        description="internal reflections: 1 primary bow, 2 secondary",
+        description="internal reflections: 1 primary bow, 2 secondary; mie has all",
         json_schema_extra=_unit(""),
     )
     water_temperature_c: float = Field(
@@ -387,13 +486,6 @@ class Scattering(Table):
         description="sets the refractive index of water",
         json_schema_extra=_unit("°C"),
     )
-
-    @field_validator("theory", mode="before")
-    @classmethod
-    def _no_mie_yet(cls, value: object) -> object:
-        if value == "mie":
-            raise refused('Lorenz-Mie theory is not available in this version; must be "airy"')
-        return value
 
     @field_validator("orders")
     @classmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -12,14 +13,17 @@ from numpy.typing import NDArray
 from rtbow import atmosphere, constants
 from rtbow.airy import SCALE_POWER
 from rtbow.arrays import Float32, Progress, no_progress
-from rtbow.camera import camera_basis
+from rtbow.camera import camera_basis, polarizer_pass
 from rtbow.colour import XYZ_TO_RGB
 from rtbow.context import GlContext
 from rtbow.errors import InputError
+from rtbow.extinction import RainExtinction, mean_extinction_towards, rain_extinction
 from rtbow.glsl import Define, compile_program, glsl_literal
 from rtbow.lights import NEAREST_M
-from rtbow.optics import Optics, scene_optics
+from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
+from rtbow.section_table import SectionTable, angle_axis, section_table
+from rtbow.sections import Sections
 from rtbow.steps import lamp_steps, most_steps, step_rates
 from rtbow.table import NEAR_S_FIXED, NEAR_Z_LOW, POLE_DISTANCE, airy_table, shader_constants
 from rtbow.volume import DropletVolume, build_volume
@@ -35,6 +39,11 @@ _TILE_SECONDS = 0.15
 """Rows are drawn in strips of about this long, so that an interrupt is heard and progress shows."""
 
 
+_LAMP_DEPTH_SAMPLES = 4
+"""Samples of the rain's extinction within a step at a lamp, which may be long in distance."""
+
+_Texture = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
+
 _BLOCK = 4
 """Mesa's CPU driver shades blocks of 4 x 4 pixels: a strip that cuts them pays for their whole."""
 
@@ -45,12 +54,50 @@ def _matrix_literal(matrix: NDArray[np.float64]) -> str:
     return f"mat3({values})"
 
 
-def shader_defines(scene: Scene, optics: Optics, volume: DropletVolume) -> dict[str, Define]:
+@dataclass(frozen=True)
+class _Parts:
+    """What a scene is made of, as the shader needs it.
+
+    Attributes:
+        optics: per-wavelength numbers.
+        volume: the drops.
+        sections: cross-sections to be laid out in a table, or None for Airy's bows in place.
+        rain: the drops' own extinction, or None.
+    """
+
+    optics: Optics
+    volume: DropletVolume
+    sections: Sections | None
+    rain: RainExtinction | None
+
+
+def scene_parts(scene: Scene, progress: Progress = no_progress) -> _Parts:
+    """Compute a scene's parts.
+
+    Raises:
+        InputError: a spectrum or volume is not usable.
+    """
+    optics = scene_optics(scene)
+    volume = build_volume(scene.droplets)
+    return _Parts(
+        optics,
+        volume,
+        table_sections(scene, optics, volume, progress),
+        rain_extinction(scene, optics, volume) if scene.droplets.extinction else None,
+    )
+
+
+def shader_defines(scene: Scene, parts: _Parts) -> dict[str, Define]:
     """Give the shader's constants, and the switches that change its shape for a scene.
 
     ``shaders/README.md`` lists the switches.
     """
+    optics, volume = parts.optics, parts.volume
+    table, rain = parts.sections is not None, parts.rain is not None
     sides = ", ".join(glsl_literal(b.side) for b in optics.bows)
+    bow_rows = 0 if table else len(optics.bows)
+    lights = len(optics.suns) + len(optics.lamps)
+    bows = {} if table else {"BOW_COUNT": len(optics.bows), "BOW_SIDE": f"float[]({sides})"}
     return {
         **shader_constants(),
         "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
@@ -60,18 +107,27 @@ def shader_defines(scene: Scene, optics: Optics, volume: DropletVolume) -> dict[
         "XYZ_TO_RGB": _matrix_literal(XYZ_TO_RGB),
         "NEAREST_M": NEAREST_M,
         "MAX_STEPS": _MAX_STEPS,
+        "LAMP_DEPTH_SAMPLES": _LAMP_DEPTH_SAMPLES,
         "WAVELENGTH_COUNT": len(optics.wavelength_nm),
-        "BOW_COUNT": len(optics.bows),
-        "BOW_SIDE": f"float[]({sides})",
+        **bows,
+        "FIRST_LIGHT_ROW": bow_rows,
+        "RAIN_ROW": bow_rows + lights,
         "SUN_COUNT": len(optics.suns),
+        "LAMP_COUNT": len(optics.lamps),
         "GRID": not volume.uniform,
         "AIR": optics.has_air,
-        "LAMP_COUNT": len(optics.lamps),
-        "DISC": any(sun.disc_rad > 0.0 for sun in optics.suns)
-        or any(lamp.radius_m > 0.0 for lamp in optics.lamps),
-        "WIDE": _widest_disc(optics, volume) > NEAR_S_FIXED,
-        "ONE_RADIUS": _one_radius(optics, volume),
-        "POLE": _pole_in_view(scene.camera, optics),
+        "EXTINCTION": rain,
+        "ATTENUATION": optics.has_air or rain,
+        "POLARIZER": scene.camera.polarizer_deg is not None,
+        "TABLE": table,
+        "DISC": not table
+        and (
+            any(sun.disc_rad > 0.0 for sun in optics.suns)
+            or any(lamp.radius_m > 0.0 for lamp in optics.lamps)
+        ),
+        "WIDE": not table and _widest_disc(optics, volume) > NEAR_S_FIXED,
+        "ONE_RADIUS": _one_radius(parts),
+        "POLE": not table and _pole_in_view(scene.camera, optics),
     }
 
 
@@ -84,11 +140,14 @@ def _widest_disc(optics: Optics, volume: DropletVolume) -> float:
     return float(scale * (volume.radius_range_um[1] * 1e-6) ** SCALE_POWER * disc)
 
 
-def _one_radius(optics: Optics, volume: DropletVolume) -> bool:
+def _one_radius(parts: _Parts) -> bool:
     """Whether all drops are alike, so that cross-sections need computing once per pixel."""
-    smallest, largest = volume.radius_range_um
-    # With air the shader keeps an array of them; very fine wavelength steps would outgrow it.
-    held = len(optics.wavelength_nm) * len(optics.suns) if optics.has_air else 0
+    optics = parts.optics
+    smallest, largest = parts.volume.radius_range_um
+    # With attenuation the shader keeps an array of them; very fine wavelength steps would
+    # outgrow it.
+    dims = optics.has_air or parts.rain is not None
+    held = len(optics.wavelength_nm) * len(optics.suns) if dims else 0
     return smallest == largest and held <= _MAX_SECTIONS
 
 
@@ -126,20 +185,38 @@ def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
     return edges
 
 
-def spectral_rows(optics: Optics) -> Float32:
+def spectral_rows(parts: _Parts, *, components: bool) -> Float32:
     """Lay out the per-wavelength numbers as the shader reads them.
 
+    Args:
+        parts: the scene's.
+        components: the bows' strength of both components, for a polariser.
+
     Returns:
-        float32 (bows + suns + lamps, W, 4): per bow angle, scale, strength, 0; per light the
-        weights to X, Y, Z and the air depth.
+        float32 (bows + suns + lamps + rain, W, 4): per bow angle, scale, and strength (or
+        perpendicular and parallel strength); per light the weights to X, Y, Z and the air depth;
+        for rain the extinction relative to the middle of the visible.
     """
-    count = len(optics.wavelength_nm)
-    bow_rows = [
-        np.stack([b.angle_rad, b.scale, b.strength, np.zeros(count)], axis=1) for b in optics.bows
-    ]
-    weights = (*optics.sun_weights, *optics.lamp_weights)
-    light_rows = [np.column_stack([w, optics.air_depth]) for w in weights]
-    return np.stack(bow_rows + light_rows).astype(np.float32)
+    optics = parts.optics
+    zeros = np.zeros(len(optics.wavelength_nm))
+    rows = []
+    for b in () if parts.sections is not None else optics.bows:
+        strength = (b.perpendicular, b.parallel) if components else (b.strength, zeros)
+        rows.append(np.stack([b.angle_rad, b.scale, *strength], axis=1))
+    for weights in (*optics.sun_weights, *optics.lamp_weights):
+        rows.append(np.column_stack([weights, optics.air_depth]))
+    if parts.rain is not None:
+        rows.append(np.stack([parts.rain.ratio, zeros, zeros, zeros], axis=1))
+    return np.stack(rows).astype(np.float32)
+
+
+def _scattering_range(camera: Camera, optics: Optics) -> tuple[float, float]:
+    """Least and greatest scattering angle of any sun in the picture, rad."""
+    axis, right, up = camera_basis(camera)
+    cone = np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up)))
+    to_axis = [float(np.arccos(np.clip(sun.direction @ axis, -1.0, 1.0))) for sun in optics.suns]
+    # A hair more, for float32.
+    return max(min(to_axis) - cone - 1e-4, 0.0), min(max(to_axis) + cone + 1e-4, np.pi)
 
 
 class SpectralPass:
@@ -153,17 +230,17 @@ class SpectralPass:
         InputError: a spectrum or volume is not usable, or beyond what this GL device takes.
     """
 
-    def __init__(self, gl: GlContext, scene: Scene) -> None:
+    def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
         self._gl = gl
         self._scene = scene
-        optics = scene_optics(scene)
-        volume = build_volume(scene.droplets)
-        self._check_limits(scene.camera, volume, optics)
-        defines = shader_defines(scene, optics, volume)
+        parts = scene_parts(scene, progress)
+        self._check_limits(scene.camera, parts.volume, parts.optics)
+        defines = shader_defines(scene, parts)
         self._program = compile_program(gl.ctx, "fullscreen.vert", "rainbow.frag", defines)
         self._triangle = gl.ctx.vertex_array(self._program, [])
-        self._textures = self._upload(optics, volume, defines)
-        self._set_scene(optics, volume)
+        self._textures: dict[str, _Texture] = {}
+        self._upload(parts, defines)
+        self._set_scene(parts)
 
     def _check_limits(self, camera: Camera, volume: DropletVolume, optics: Optics) -> None:
         limits = self._gl.limits
@@ -194,7 +271,8 @@ class SpectralPass:
     @staticmethod
     def _loops_per_step(optics: Optics) -> int:
         lights = len(optics.suns) + len(optics.lamps)
-        return 2 + lights * len(optics.wavelength_nm) * (1 + len(optics.bows))
+        each = len(optics.wavelength_nm) * (1 + len(optics.bows)) + _LAMP_DEPTH_SAMPLES + 4
+        return 4 + lights * each
 
     def _texture(self, data: Float32, channels: int, *, linear: bool) -> moderngl.Texture:
         rows, columns = data.shape[:2]
@@ -205,29 +283,102 @@ class SpectralPass:
         texture.repeat_x = texture.repeat_y = False
         return texture
 
-    def _upload(
-        self, optics: Optics, volume: DropletVolume, defines: Mapping[str, Define]
-    ) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
-        table = airy_table()
-        near = 2 if optics.lamps else 1  # suns need no running integral
-        textures: dict[str, moderngl.Texture | moderngl.Texture3D] = {
-            "spectral": self._texture(spectral_rows(optics), 4, linear=False),
-            "airyNearTable": self._texture(table.near[..., :near], near, linear=True),
-        }
-        if defines["DISC"]:
-            textures["airyFringeTable"] = self._texture(table.fringe[None], 2, linear=True)
-        if defines["POLE"]:
-            textures["airyPoleTable"] = self._texture(table.pole, 2, linear=True)
+    def _upload(self, parts: _Parts, defines: Mapping[str, Define]) -> None:
+        optics, volume = parts.optics, parts.volume
+        rows = spectral_rows(parts, components=bool(defines["POLARIZER"]))
+        self._textures["spectral"] = self._texture(rows, 4, linear=False)
+        if parts.sections is None:
+            self._upload_airy(optics, defines)
+        else:
+            self._upload_sections(parts, parts.sections, components=bool(defines["POLARIZER"]))
         if defines["AIR"] and optics.suns:
             column = atmosphere.column_table().log_column
-            textures["columnTable"] = self._texture(column, 1, linear=True)
+            self._textures["columnTable"] = self._texture(column, 1, linear=True)
         if defines["GRID"]:
             moments = volume.moments()
-            drops = self._gl.ctx.texture3d(volume.shape, 2, moments, dtype="f4")
-            drops.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            drops.repeat_x = drops.repeat_y = drops.repeat_z = False
-            textures["dropletMoments"] = drops
-        return textures
+            if parts.rain is not None:
+                field = parts.rain.field.astype(np.float32)[..., None]
+                moments = np.concatenate([moments, field], axis=-1)
+                self._upload_depths(parts, parts.rain)
+            self._textures["dropletMoments"] = self._volume_texture(moments)
+
+    def _upload_airy(self, optics: Optics, defines: Mapping[str, Define]) -> None:
+        table = airy_table()
+        near = 2 if optics.lamps else 1  # suns need no running integral
+        self._textures["airyNearTable"] = self._texture(table.near[..., :near], near, linear=True)
+        if defines["DISC"]:
+            self._textures["airyFringeTable"] = self._texture(table.fringe[None], 2, linear=True)
+        if defines["POLE"]:
+            self._textures["airyPoleTable"] = self._texture(table.pole, 2, linear=True)
+
+    def _upload_sections(self, parts: _Parts, sections: Sections, *, components: bool) -> None:
+        optics, volume = parts.optics, parts.volume
+        count = len(optics.wavelength_nm)
+        radii = volume.radius_range_um
+        largest = volume.sizes.radius_m[-1] if volume.sizes is not None else radii[1] * 1e-6
+        if radii[1] <= 0.0:  # no drops anywhere: any radius will do
+            radii, largest = (100.0, 100.0), 1e-4
+        if optics.suns:
+            discs = tuple(sorted({sun.disc_rad for sun in optics.suns}))
+            low, high = _scattering_range(self._scene.camera, optics)
+            table = section_table(
+                sections, count, angle_axis(low, high, discs[0], largest), radii, volume.sizes,
+                discs, components=components, running=False,
+            )  # fmt: skip
+            self._set_sections("section", table)
+            layers = [discs.index(sun.disc_rad) * count for sun in optics.suns]
+            self._set_array("sunLayer", layers)
+        if optics.lamps:
+            table = section_table(
+                sections, count, angle_axis(0.0, np.pi, 0.0, largest), radii, volume.sizes,
+                (0.0,), components=components, running=True,
+            )  # fmt: skip
+            self._set_sections("lamp", table)
+
+    def _set_sections(self, name: str, table: SectionTable) -> None:
+        """Upload a table of cross-sections and set the uniforms of its axes."""
+        layers, rows, columns, channels = table.values.shape
+        limits = self._gl.limits
+        if columns > limits.texture_2d or rows > limits.texture_2d or layers > limits.layers:
+            raise InputError(
+                f"cross-sections of {layers} wavelengths, {rows} radii and {columns} angles; this"
+                f" GL device ({self._gl.renderer}) takes up to {limits.layers} layers of"
+                f" {limits.texture_2d} texels a side; use a larger render.wavelength_step_nm"
+            )
+        kind = "f2" if table.values.dtype == np.float16 else "f4"
+        texture = self._gl.ctx.texture_array(
+            (columns, rows, layers), channels, np.ascontiguousarray(table.values), dtype=kind
+        )
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        self._textures[f"{name}Table"] = texture
+        angles, radii = table.angles, table.radii
+        low, high = angles.ends
+        self._set(f"{name}Angles", (angles.linear, angles.pole, angles.width))
+        self._set(f"{name}Places", (low, 1.0 / (high - low)))
+        first = float(np.log(radii.radius_m[0]))
+        self._set(f"{name}Radii", (first, radii.per_fold, table.scale))
+
+    def _upload_depths(self, parts: _Parts, rain: RainExtinction) -> None:
+        lights = (*parts.optics.suns, *parts.optics.lamps)
+        blocks = [mean_extinction_towards(light, parts.volume, rain.field) for light in lights]
+        stacked = np.concatenate(blocks)[..., None]
+        if len(stacked) > self._gl.limits.texture_3d:
+            most = self._gl.limits.texture_3d // len(blocks[0])
+            raise InputError(
+                f"light: {len(lights)} lights through rain that attenuates; this GL device"
+                f" ({self._gl.renderer}) takes up to {most}; use fewer, or droplets.extinction ="
+                " false"
+            )
+        self._textures["rainToLights"] = self._volume_texture(stacked)
+
+    def _volume_texture(self, data: Float32) -> moderngl.Texture3D:
+        depth, rows, columns, channels = data.shape
+        contiguous = np.ascontiguousarray(data, dtype=np.float32)
+        texture = self._gl.ctx.texture3d((columns, rows, depth), channels, contiguous, dtype="f4")
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = texture.repeat_z = False
+        return texture
 
     def _set(self, name: str, value: object) -> None:
         # The compiler drops what a scene does not use, and its uniform with it.
@@ -239,7 +390,8 @@ class SpectralPass:
         if values:
             self._set(name, values if len(values) > 1 else values[0])
 
-    def _set_scene(self, optics: Optics, volume: DropletVolume) -> None:
+    def _set_scene(self, parts: _Parts) -> None:
+        optics, volume = parts.optics, parts.volume
         camera, steps = self._scene.camera, self._scene.render.steps
         eye = np.array(camera.position_m)
         for unit, name in enumerate(self._textures):
@@ -252,7 +404,11 @@ class SpectralPass:
         self._set("boxHigh", tuple(volume.box_m[1] - eye))
         self._set("uniformDensity", float(volume.number_per_m3[0, 0, 0]))
         self._set("oneRadius", volume.radius_range_um[0] * 1e-6)
-        rates = step_rates(volume, optics)
+        if camera.polarizer_deg is not None:
+            self._set("polarizerPass", tuple(polarizer_pass(camera)))
+        rain = parts.rain.greatest if parts.rain is not None else 0.0
+        self._set("uniformExtinction", rain)
+        rates = step_rates(volume, optics, rain)
         self._set("cellsPerMetre", tuple(rates.cells_per_metre))
         self._set("airPerMetre", rates.air_per_metre)
         self._set("fixedSteps", steps or 0)
@@ -267,7 +423,8 @@ class SpectralPass:
             self._set_array("lampSphere", spheres)
         directions = [tuple(sun.direction) for sun in optics.suns]
         shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]
-        self._set_array("bowEdge", bow_edges(optics, volume))
+        if parts.sections is None:
+            self._set_array("bowEdge", bow_edges(optics, volume))
         self._set_array("sunDirection", directions)
         self._set_array("sunShape", shapes)
 

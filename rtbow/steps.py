@@ -21,6 +21,14 @@ SAMPLES_PER_LOG_RADIUS = 16.0
 """Further samples per cell and per unit of the logarithm of the radius between neighbours, whose
 fringes a ray crosses on its way. Radii drawn at each point, 0.3-0.7 mm: 1e-3; Marshall-Palmer:
 2e-3."""
+RAIN_SAMPLES = 48.0
+"""Samples across a box whose rain attenuates, at least."""
+RAIN_DEPTH = 0.5
+"""Optical depth of the densest rain per sample. Within a sample the depth is taken as even, so that
+this bounds what changes of density within it do."""
+MOST_RAIN_SAMPLES = 512.0
+"""Samples along the box's diagonal for the sake of its depth, at most: light that has passed a
+depth of 20 is gone, wherever exactly."""
 _AIR_ERROR = 1e-4
 """Relative error that the midpoint rule may leave in the air's attenuation."""
 
@@ -31,7 +39,7 @@ class StepRates:
 
     Attributes:
         cells_per_metre: along east, north and up (3,); times |direction| per axis.
-        air_per_metre: by the air's attenuation.
+        air_per_metre: by the attenuation of air and rain.
     """
 
     cells_per_metre: Array
@@ -58,13 +66,18 @@ def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
     return max(LAMP_STEPS, 2 * int(np.ceil(0.5 * across)))
 
 
-def step_rates(volume: DropletVolume, optics: Optics) -> StepRates:
-    """Compute the rates for a volume and its air."""
+def step_rates(volume: DropletVolume, optics: Optics, rain_per_m: float = 0.0) -> StepRates:
+    """Compute the rates for a volume, its air, and the greatest extinction by its rain."""
     points = np.array(volume.shape)
     extent = volume.box_m[1] - volume.box_m[0]
     samples = SAMPLES_PER_CELL + SAMPLES_PER_LOG_RADIUS * _roughness(volume)
     cells = samples * (points - 1) / extent
-    return StepRates(cells, _air_rate(volume, optics))
+    if rain_per_m > 0.0:
+        # The path towards a light has kinks where its way out of the box changes faces, which
+        # the rain's depth shows: even rain needs steps, too.
+        cells = np.maximum(cells, RAIN_SAMPLES / extent)
+    rain = min(rain_per_m / RAIN_DEPTH, MOST_RAIN_SAMPLES / float(np.linalg.norm(extent)))
+    return StepRates(cells, max(_air_rate(volume, optics), rain))
 
 
 def _roughness(volume: DropletVolume) -> float:

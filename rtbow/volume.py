@@ -18,6 +18,7 @@ from rtbow.drops import draw_drops
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
 from rtbow.scene import Droplets
+from rtbow.sizes import Sizes, distribution
 
 Field = NDArray[np.float32]
 
@@ -40,11 +41,14 @@ class DropletVolume:
         box_m: lower and upper corner, float64 (2, 3): east, north, up.
         radius_um: float32 (nx, ny, nz); (1, 1, 1) is a uniform volume.
         number_per_m3: float32, same shape.
+        sizes: the sizes that drops have at every point, if they are mixed there; the radius is
+            then their effective one.
     """
 
     box_m: Array
     radius_um: Field
     number_per_m3: Field
+    sizes: Sizes | None = None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -71,7 +75,10 @@ class DropletVolume:
         if not self.uniform:
             return self
         return DropletVolume(
-            self.box_m, np.tile(self.radius_um, (2, 2, 2)), np.tile(self.number_per_m3, (2, 2, 2))
+            self.box_m,
+            np.tile(self.radius_um, (2, 2, 2)),
+            np.tile(self.number_per_m3, (2, 2, 2)),
+            self.sizes,
         )
 
     def moments(self) -> NDArray[np.float32]:
@@ -99,10 +106,19 @@ def build_volume(droplets: Droplets) -> DropletVolume:
     assert droplets.radius is not None
     assert droplets.density is not None
     shape = droplets.grid or (1, 1, 1)
+    box = np.array(droplets.box_m, dtype=np.float64)
+    if droplets.one_kind:
+        sizes = distribution(droplets.radius, droplets.density)
+        return DropletVolume(
+            box_m=box,
+            radius_um=np.full(shape, sizes.effective_radius_m * 1e6, dtype=np.float32),
+            number_per_m3=np.full(shape, sizes.number_per_m3, dtype=np.float32),
+            sizes=sizes if len(sizes.radius_m) > 1 else None,
+        )
     rng = np.random.default_rng(droplets.seed)
     radius_m, number = draw_drops(droplets.radius, droplets.density, int(np.prod(shape)), rng)
     return DropletVolume(
-        box_m=np.array(droplets.box_m, dtype=np.float64),
+        box_m=box,
         radius_um=(radius_m * 1e6).astype(np.float32).reshape(shape),
         number_per_m3=number.astype(np.float32).reshape(shape),
     )

@@ -2,17 +2,20 @@
 #include "math.glsl"
 #include "airy.glsl"
 
-// Rows of the spectral texture, one column per wavelength: first one row per bow (Descartes' angle,
-// scale, strength, -), then one per sun and one per
-// lamp (weights to X, Y, Z, air depth).
+#if !TABLE
+// One bow at one wavelength, from its row of the spectral texture: Descartes' angle, scale, and its
+// strength (of both components where there is a polariser, else their mean).
 struct Bow {
     Angle angle;
     Number scale;
     Number strength;
 };
 
-Bow bowAt(sampler2D spectral, int wavelength, int order) {
+Bow bowAt(sampler2D spectral, int wavelength, int order, Number perpendicular) {
     vec4 v = texelFetch(spectral, ivec2(wavelength, order), 0);
+#if POLARIZER
+    v.z = 0.5 * mix(v.w, v.z, perpendicular);
+#endif
     return Bow(v.x, v.y, v.z);
 }
 
@@ -20,3 +23,4 @@ Bow bowAt(sampler2D spectral, int wavelength, int order) {
 vec2 radiusPowers(Length radius) {
     return vec2(pow(radius, 2.0 / 3.0), radius * radius * pow(radius, 1.0 / 3.0));
 }
+#endif

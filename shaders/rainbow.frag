@@ -3,6 +3,8 @@
 #include "droplets.glsl"
 #include "atmosphere.glsl"
 #include "march.glsl"
+#include "polarizer.glsl"
+#include "rain.glsl"
 #include "sunlight.glsl"
 #include "lamplight.glsl"
 #include "colour.glsl"
@@ -13,6 +15,9 @@
 uniform vec2 frameSize;
 uniform mat3 cameraBasis;
 uniform float eyeHeight;
+#if POLARIZER
+uniform vec3 polarizerPass;         // direction in the filter whose field it lets pass
+#endif
 
 // Droplet volume, relative to the eye
 uniform vec3 boxLow;
@@ -24,6 +29,13 @@ uniform float uniformDensity;       // m^-3
 #endif
 #if ONE_RADIUS || !GRID
 uniform float oneRadius;            // m
+#endif
+#if EXTINCTION
+#if GRID
+uniform sampler3D rainToLights;
+#else
+uniform float uniformExtinction;    // 1/m
+#endif
 #endif
 
 // March
@@ -41,8 +53,31 @@ uniform vec2 sunShape[SUN_COUNT];        // altitude and angular radius of the d
 uniform vec4 lampSphere[LAMP_COUNT];     // centre relative to the eye, radius
 uniform int lampSteps;
 #endif
-uniform float bowEdge[BOW_COUNT];        // scattering angle beyond which a bow is dark
 uniform sampler2D spectral;
+#if TABLE
+#if SUN_COUNT
+uniform sampler2DArray sectionTable;
+uniform vec3 sectionAngles;              // texels per rad, per factor e near poles, width
+uniform vec2 sectionPlaces;              // place of the first texel, 0..1 per place
+uniform vec3 sectionRadii;               // logarithm of the first, rows per factor e, scale
+uniform int sunLayer[SUN_COUNT];         // first layer of each sun's disc
+#endif
+#if LAMP_COUNT
+uniform sampler2DArray lampTable;        // without a disc, with running integrals
+uniform vec3 lampAngles;
+uniform vec2 lampPlaces;
+uniform vec3 lampRadii;
+#endif
+#define SUN_TEXTURES sectionTable, axisOf(sectionAngles, sectionPlaces), radiiOf(sectionRadii)
+#define LAMP_TEXTURES lampTable, axisOf(lampAngles, lampPlaces), radiiOf(lampRadii)
+AngleAxis axisOf(vec3 angles, vec2 places) {
+    return AngleAxis(angles.x, angles.y, angles.z, places.x, places.y);
+}
+RadiusAxis radiiOf(vec3 radii) {
+    return RadiusAxis(radii.x, radii.y, radii.z);
+}
+#else
+uniform float bowEdge[BOW_COUNT];        // scattering angle beyond which a bow is dark
 uniform sampler2D airyNearTable;
 #if DISC
 uniform sampler2D airyFringeTable;
@@ -54,6 +89,9 @@ uniform sampler2D airyPoleTable;
 #else
 #define airyPoleTable airyNearTable       // never read
 #endif
+#define SUN_TEXTURES airyNearTable, airyFringeTable, airyPoleTable
+#define LAMP_TEXTURES SUN_TEXTURES
+#endif
 #if AIR && SUN_COUNT
 uniform sampler2D columnTable;
 #endif
@@ -62,20 +100,69 @@ out vec4 radiance;
 
 Droplets dropletsAt(vec3 place) {
 #if GRID
-    return sampleDroplets(dropletMoments, place);
+    Droplets drops = sampleDroplets(dropletMoments, place);
+#if ONE_RADIUS
+    drops.radius = oneRadius;       // the very radius that its table row was made for
+#endif
+    return drops;
+#elif EXTINCTION
+    return Droplets(uniformDensity, oneRadius, uniformExtinction);
 #else
     return Droplets(uniformDensity, oneRadius);
 #endif
 }
 
+#if EXTINCTION
+// Optical depth of the rain from a place (relative to the eye) over a path towards a light.
+Number rainTowards(Position at, int light, Length path) {
+#if GRID
+    return depthTowards(rainToLights, (at - boxLow) / (boxHigh - boxLow), light,
+                        float(SUN_COUNT + LAMP_COUNT), path);
+#else
+    return uniformExtinction * path;
+#endif
+}
+#endif
+
+Number shareAcross(Direction towardsLight, Direction ray) {
+#if POLARIZER
+    return perpendicularShare(towardsLight, ray, polarizerPass);
+#else
+    return 0.5;
+#endif
+}
+
 #if SUN_COUNT
+SunView viewSun(int s, Direction ray) {
+    SunView view;
+    // Light travels along -sunDirection and on to the eye along -ray.
+    view.theta = angleBetween(sunDirection[s], ray);
+    view.altitude = sunShape[s].x;
+    view.perpendicular = shareAcross(sunDirection[s], ray);
+#if TABLE
+    view.place = anglePlace(axisOf(sectionAngles, sectionPlaces), view.theta);
+    view.layer = sunLayer[s];
+#else
+    view.disc = sunShape[s].y;
+    view.perDisc = 1.0 / max(view.disc, 1.0e-9);
+    findBows(view, bowEdge);
+#endif
+    return view;
+}
+
+#if EXTINCTION
+Number rainToSun(Position at, int s) {
+    return rainTowards(at, s, pathOut(at, sunDirection[s], boxLow, boxHigh));
+}
+#endif
+
 // Equation 2 by the midpoint rule in distance.
 Tristimulus sunlight(Direction ray, vec2 span) {
     SunView suns[SUN_COUNT];
     bool dark = true;
     for (int s = 0; s < SUN_COUNT; ++s) {
-        suns[s] = viewSun(sunDirection[s], ray, sunShape[s].x, sunShape[s].y, bowEdge);
-        dark = dark && suns[s].firstBow > suns[s].lastBow;
+        suns[s] = viewSun(s, ray);
+        dark = dark && isDark(suns[s]);
     }
     Tristimulus sum = vec3(0.0);
     if (!dark) {
@@ -83,46 +170,72 @@ Tristimulus sunlight(Direction ray, vec2 span) {
         Length stepLength = (span.y - span.x) / float(count);
         int first = stepRange.x;
         int last = min(count, stepRange.y);
-#if ONE_RADIUS && AIR
-        Sections sections[SUN_COUNT];
+#if ONE_RADIUS && ATTENUATION
+        Sections found[SUN_COUNT];
         for (int s = 0; s < SUN_COUNT; ++s) {
-            if (suns[s].firstBow > suns[s].lastBow) continue;
-            sections[s] = crossSections(spectral, airyNearTable, airyFringeTable, airyPoleTable,
-                                        suns[s], oneRadius);
+            if (isDark(suns[s])) continue;
+            found[s] = crossSections(spectral, SUN_TEXTURES, suns[s], oneRadius);
         }
 #elif ONE_RADIUS
         ColumnDensity passed = 0.0;
+#endif
+#if EXTINCTION
+        // Depths at the ends of a step: towards the eye, summed up, and towards each sun.
+        Number toEye = 0.0;
+        Number toSun[SUN_COUNT];
+        for (int i = 0; i < first; ++i) {
+            Position at = (span.x + (float(i) + 0.5) * stepLength) * ray;
+            toEye += stepLength * dropletsAt((at - boxLow) / (boxHigh - boxLow)).extinction;
+        }
+        for (int s = 0; s < SUN_COUNT; ++s) {
+            toSun[s] = rainToSun((span.x + float(first) * stepLength) * ray, s);
+        }
 #endif
         for (int i = first; i < last; ++i) {
             Length distance = span.x + (float(i) + 0.5) * stepLength;
             Position at = distance * ray;
             Droplets drops = dropletsAt((at - boxLow) / (boxHigh - boxLow));
+#if EXTINCTION
+            Number nearer = toEye;
+            toEye += stepLength * drops.extinction;
+#else
             if (drops.density <= 0.0) continue;
-#if ONE_RADIUS && !AIR
+#endif
+#if ONE_RADIUS && !ATTENUATION
             passed += drops.density * stepLength;
 #else
             for (int s = 0; s < SUN_COUNT; ++s) {
-                if (suns[s].firstBow > suns[s].lastBow) continue;
+                if (isDark(suns[s])) continue;
                 Column column = 0.0;
 #if AIR
                 column = sunColumn(columnTable, eyeHeight + at.z, suns[s].altitude)
                     + segmentColumn(eyeHeight, ray.z, distance);
 #endif
-#if ONE_RADIUS
-                Tristimulus light = attenuatedLight(spectral, s, sections[s], column);
-#else
-                Tristimulus light = scatteredLight(spectral, airyNearTable, airyFringeTable,
-                                                   airyPoleTable, s, suns[s], drops.radius, column);
+                Number depth = 0.0;
+                Number reach = drops.density * stepLength;
+#if EXTINCTION
+                Number before = nearer + toSun[s];
+                toSun[s] = rainToSun((distance + 0.5 * stepLength) * ray, s);
+                Number behind = toEye + toSun[s];
+                if (drops.density <= 0.0) continue;
+                // Wavelengths differ by percents: the mean over the step is one for all.
+                depth = min(before, behind);
+                reach *= meanDecay(abs(behind - before));
 #endif
-                sum += drops.density * stepLength * light;
+#if ONE_RADIUS
+                Tristimulus light = attenuatedLight(spectral, s, found[s], column, depth);
+#else
+                Tristimulus light = scatteredLight(spectral, SUN_TEXTURES, s, suns[s], drops.radius,
+                                                   column, depth);
+#endif
+                sum += reach * light;
             }
 #endif
         }
-#if ONE_RADIUS && !AIR
+#if ONE_RADIUS && !ATTENUATION
         for (int s = 0; s < SUN_COUNT; ++s) {
-            if (suns[s].firstBow > suns[s].lastBow) continue;
-            sum += passed * scatteredLight(spectral, airyNearTable, airyFringeTable, airyPoleTable,
-                                           s, suns[s], oneRadius, 0.0);
+            if (isDark(suns[s])) continue;
+            sum += passed * scatteredLight(spectral, SUN_TEXTURES, s, suns[s], oneRadius, 0.0, 0.0);
         }
 #endif
     }
@@ -147,17 +260,39 @@ Tristimulus lamplight(Direction ray, vec2 span, int light) {
     }
     int count = pierced ? 2 * ((lampSteps + 1) / 2) : lampSteps;
     int halfway = count / 2;
+    Number perpendicular = shareAcross(lampSphere[light].xyz, ray);
     Tristimulus sum = vec3(0.0);
+#if EXTINCTION
+    Length reached = span.x;
+    Number toEye = 0.0;
+    for (int i = 0; i < min(count, stepRange.y); ++i) {
+#else
     for (int i = stepRange.x; i < min(count, stepRange.y); ++i) {
+#endif
         Stretch stretch = pierced ? (i < halfway ? before : behind) : whole;
         Number part = 1.0 / float(pierced ? halfway : count);
         Number share = (float(pierced && i >= halfway ? i - halfway : i)) * part;
         Length place = placeAt(stretch, lamp, share + 0.5 * part);
+        vec2 ends = vec2(placeAt(stretch, lamp, share), placeAt(stretch, lamp, share + part));
         Position at = (lamp.foot + place) * ray;
         Droplets drops = dropletsAt((at - boxLow) / (boxHigh - boxLow));
+        Number reach = drops.density * stretch.light * part;
+        Number depth = 0.0;
+#if EXTINCTION
+        // Steps in angle may be long in distance: several samples on the way.
+        Number nearer = toEye;
+        Length far = lamp.foot + ends.y;
+        for (int k = 0; k < LAMP_DEPTH_SAMPLES; ++k) {
+            Length along = (float(k) + 0.5) / float(LAMP_DEPTH_SAMPLES);
+            Position between = mix(reached, far, along) * ray;
+            toEye += (far - reached) / float(LAMP_DEPTH_SAMPLES)
+                * dropletsAt((between - boxLow) / (boxHigh - boxLow)).extinction;
+        }
+        reached = far;
+        if (i < stepRange.x) continue;
+#endif
         if (drops.density <= 0.0 || stretch.light <= 0.0) continue;
-        vec2 theta = vec2(lampTheta(lamp, placeAt(stretch, lamp, share)),
-                          lampTheta(lamp, placeAt(stretch, lamp, share + part)));
+        vec2 theta = vec2(lampTheta(lamp, ends.x), lampTheta(lamp, ends.y));
         Length distance = max(length(vec2(lamp.side, place)), lamp.radius);
         // Arc sine of a ratio up to 1, from an arc tangent: Mesa's asin errs by 4e-4.
         Angle disc = atan(lamp.radius,
@@ -168,9 +303,20 @@ Tristimulus lamplight(Direction ray, vec2 span, int light) {
         column = segmentColumn(eyeHeight + lampSphere[light].z, rise, distance)
             + segmentColumn(eyeHeight, ray.z, lamp.foot + place);
 #endif
-        sum += drops.density * stretch.light * part
-            * lampLight(spectral, airyNearTable, airyFringeTable, light, theta, disc,
-                        drops.radius, column, bowEdge);
+#if EXTINCTION
+        Position towards = lampSphere[light].xyz - at;
+        Length path = min(pathOut(at, towards / distance, boxLow, boxHigh), distance);
+        depth = min(nearer, toEye) + rainTowards(at, SUN_COUNT + light, path);
+        reach *= meanDecay(abs(toEye - nearer));
+#endif
+#if TABLE
+        ivec2 lit = ivec2(0);
+#else
+        ivec2 lit = litBows(theta, disc, bowEdge);
+        if (lit.x > lit.y) continue;
+#endif
+        sum += reach * lampLight(spectral, LAMP_TEXTURES, light, theta, disc, drops.radius, column,
+                                 depth, lit, perpendicular);
     }
     return sum;
 }

@@ -491,7 +491,7 @@ def test_a_size_that_the_device_does_not_take(call, tmp_path, monkeypatch):
     monkeypatch.setattr(
         rtbow.context.GlContext,
         "limits",
-        property(lambda _: rtbow.context.Limits(64, 32, (64, 64)), lambda *_: None),
+        property(lambda _: rtbow.context.Limits(64, 256, 32, (64, 64)), lambda *_: None),
         raising=False,
     )
     result = call("render", "uniform", "-o", "x.exr", "--size", "65x2")

@@ -1,0 +1,287 @@
+"""The verb ``rtbow chart``: pictures of the scattering table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from rtbow.arrays import Progress
+    from rtbow.chart import Component, Normalise, Scale, Setup
+
+    _NumbersType = click.ParamType[tuple[float, ...]]
+    _RasterType = click.ParamType[tuple[int, int]]
+else:  # generic since click 8.4 alone
+    _NumbersType = _RasterType = click.ParamType
+
+_Verb = TypeVar("_Verb", bound=Callable[..., Any])
+
+
+class _Numbers(_NumbersType):
+    name = "A,B,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
+        """Parse ``100,500``."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            return tuple(float(part) for part in str(value).split(","))
+        except ValueError:
+            self.fail(f"{value!r} is not a list of numbers such as 100,500,1000", param)
+
+
+class _Raster(_RasterType):
+    name = "RxA"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
+        """Parse ``300x400``."""
+        if isinstance(value, tuple):
+            return int(value[0]), int(value[1])
+        sides = str(value).lower().split("x")
+        if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
+            self.fail(f"{value!r} is not a size; write radii and angles such as 300x400", param)
+        # Ten digits tell enough; Python refuses to read thousands.
+        return int(sides[0][:10]), int(sides[1][:10])
+
+
+def _progress(label: str, quiet: bool) -> Progress:
+    """Give a wrapper that shows a bar on a terminal and nothing in a pipe."""
+
+    def wrap(items: Iterable[int]) -> Iterable[int]:
+        from tqdm import tqdm
+
+        # disable=None: only where stderr is a terminal.
+        bar: Iterable[int] = tqdm(items, desc=label, leave=False, disable=True if quiet else None)
+        return bar
+
+    return wrap
+
+
+def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup:
+    from rtbow.chart import Setup
+
+    theories = ("airy", "mie") if theory == "both" else (theory,)
+    return Setup(theories, disc, spread, temperature)  # type: ignore[arg-type]
+
+
+def _shared(theory: str) -> Callable[[_Verb], _Verb]:
+    """Add the options that every chart has."""
+    options = [
+        click.option("-o", "--output", required=True, metavar="OUT", help="Where: .png or .svg."),
+        click.option(
+            "--theory",
+            type=click.Choice(["airy", "mie", "both"]),
+            default=theory,
+            show_default=True,
+            help="Theory of the single drop.",
+        ),
+        click.option(
+            "--disc",
+            type=float,
+            default=0.533,
+            show_default=True,
+            metavar="DEG",
+            help="Angular diameter of the light's disc, 0..5; 0 for a point.",
+        ),
+        click.option(
+            "--spread",
+            type=float,
+            default=2.0,
+            show_default=True,
+            metavar="PERCENT",
+            help="Standard deviation of ln(radius), 1..20 (mie).",
+        ),
+        click.option(
+            "--temperature",
+            type=float,
+            default=20.0,
+            show_default=True,
+            metavar="C",
+            help="Of the water, -12..60 degrees Celsius.",
+        ),
+        click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing."),
+    ]
+
+    def add(verb: _Verb) -> _Verb:
+        for option in reversed(options):
+            verb = option(verb)
+        return verb
+
+    return add
+
+
+@click.group()
+def chart() -> None:
+    """Draw the scattering table: .png or .svg.
+
+    Example: rtbow chart lee -o lee.png
+    """
+
+
+@chart.command("profile")
+@_shared("airy")
+@click.option(
+    "--radius-um",
+    type=_Numbers(),
+    default=(500.0,),
+    metavar="A,B,...",
+    help="Drop radii, 1..5000; left out: 500.",
+)
+@click.option(
+    "--wavelength-nm",
+    type=_Numbers(),
+    default=(550.0,),
+    metavar="A,B,...",
+    help="Wavelengths, 380..780; left out: 550.",
+)
+@click.option(
+    "--component",
+    type=click.Choice(["mean", "perpendicular", "parallel"]),
+    default="mean",
+    show_default=True,
+    help="Polarisation, against the scattering plane; mean: unpolarised light.",
+)
+@click.option(
+    "--scale",
+    type=click.Choice(["linear", "log"]),
+    default="linear",
+    show_default=True,
+    help="Of the cross-section; linear draws a panel for each radius.",
+)
+@click.option("--difference", is_flag=True, help="Add a panel of Airy minus Mie.")
+@click.option(
+    "--from-deg",
+    type=float,
+    metavar="DEG",
+    help="Least scattering angle; left out: 115 (linear) or 0 (log).",
+)
+@click.option(
+    "--to-deg",
+    type=float,
+    default=180.0,
+    show_default=True,
+    metavar="DEG",
+    help="Greatest scattering angle.",
+)
+def chart_profile(
+    output: str,
+    theory: str,
+    disc: float,
+    spread: float,
+    temperature: float,
+    quiet: bool,
+    radius_um: tuple[float, ...],
+    wavelength_nm: tuple[float, ...],
+    component: Component,
+    scale: Scale,
+    difference: bool,
+    from_deg: float | None,
+    to_deg: float,
+) -> None:
+    """Draw the differential cross-section against the angle.
+
+    Example: rtbow chart profile -o bow.svg --radius-um 100,500 --theory both --difference
+    """  # fmt: skip
+    from rtbow.chart import CHART_SUFFIXES, PROFILE_FROM_DEG, draw_profiles, profiles
+    from rtbow.errors import InputError
+    from rtbow.files import check_writable
+
+    check_writable(output, CHART_SUFFIXES)
+    if difference and theory != "both":
+        raise InputError(
+            f"--difference: Airy minus Mie needs both theories, not --theory {theory}; add"
+            " --theory both"
+        )
+    angles = (PROFILE_FROM_DEG[scale] if from_deg is None else from_deg, to_deg)
+    setup = _setup(theory, disc, spread, temperature)
+    data = profiles(
+        setup, radius_um, wavelength_nm, angles, component, _progress("Mie table", quiet)
+    )
+    draw_profiles(Path(output), data, scale, difference)
+    if not quiet:
+        click.echo(output)
+
+
+@chart.command("lee")
+@_shared("both")
+@click.option(
+    "--radius-from",
+    type=float,
+    default=10.0,
+    show_default=True,
+    metavar="UM",
+    help="Least radius, um.",
+)
+@click.option(
+    "--radius-to",
+    type=float,
+    default=1000.0,
+    show_default=True,
+    metavar="UM",
+    help="Greatest radius, um.",
+)
+@click.option(
+    "--from-deg",
+    type=float,
+    default=135.0,
+    show_default=True,
+    metavar="DEG",
+    help="Least scattering angle.",
+)
+@click.option(
+    "--to-deg",
+    type=float,
+    default=147.0,
+    show_default=True,
+    metavar="DEG",
+    help="Greatest scattering angle.",
+)
+@click.option(
+    "--normalise",
+    type=click.Choice(["column", "none"]),
+    default="column",
+    show_default=True,
+    help="column: each radius to its greatest luminance; none: luminance per area of drop.",
+)
+@click.option(
+    "--size",
+    type=_Raster(),
+    default=(300, 400),
+    metavar="RxA",
+    help="Radii and angles of the raster; left out: 300x400.",
+)
+def chart_lee(
+    output: str,
+    theory: str,
+    disc: float,
+    spread: float,
+    temperature: float,
+    quiet: bool,
+    radius_from: float,
+    radius_to: float,
+    from_deg: float,
+    to_deg: float,
+    normalise: Normalise,
+    size: tuple[int, int],
+) -> None:
+    """Draw Lee diagrams: the colours of the bow over the radius of the drops.
+
+    Example: rtbow chart lee -o lee.png --theory both --radius-from 5
+    """  # fmt: skip
+    from rtbow.chart import CHART_SUFFIXES, draw_lee, lee_raster
+    from rtbow.files import check_writable
+
+    check_writable(output, CHART_SUFFIXES)
+    setup = _setup(theory, disc, spread, temperature)
+    radii, angles = (radius_from, radius_to), (from_deg, to_deg)
+    data = lee_raster(setup, radii, angles, size, _progress("colours", quiet))
+    draw_lee(Path(output), data, normalise)
+    if not quiet:
+        click.echo(output)

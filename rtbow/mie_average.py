@@ -1,0 +1,127 @@
+"""Lorenz-Mie intensities averaged over a narrow spread of sizes: one block of the table's nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtbow.arrays import Array, floats
+from rtbow.compiled import compiled
+from rtbow.mie import efficiency, intensities
+from rtbow.mie_axes import MieAxes
+
+_REACH = 3.5
+"""Standard deviations of ln x on either side that a mean covers: all but 5e-4 of it."""
+_COHERENT_PHASE = 10.0
+"""Below x = this over the spread, interference between Debye's orders is left after the averaging
+and whole amplitudes are summed; above, it is less than exp(-22), and orders add as intensities."""
+_COHERENT_STEP = 0.02 / 384.0
+"""Step in ln x of whole amplitudes: fine enough for the mean over resonances..."""
+_RESONANT_SIZE = 400.0
+"""...down to this x; in proportion to x below, where single resonances weigh more."""
+_ORDER_STEPS = 12.0
+"""Samples per spread, at least, of orders that add as intensities."""
+
+
+def coherent(axes: MieAxes, x: float) -> bool:
+    """Whether whole amplitudes are summed at this size, not Debye's orders."""
+    return x < max(_COHERENT_PHASE / axes.spread, 100.0)
+
+
+def _sample_sizes(axes: MieAxes, low: float, high: float, whole: bool) -> tuple[Array, Array]:
+    """Sizes from low to high (ln x), and the share of ln x that each stands for."""
+    if whole:
+        step = _COHERENT_STEP * min(np.exp(low) / _RESONANT_SIZE, 1.0)
+        at = np.arange(low, high + step, step)
+        return floats(at), np.full(len(at), step)
+    at, steps = [low], []
+    while at[-1] <= high:
+        # The phase between the two rays of a bow, up to 0.27 x at 170 degrees: where it grows
+        # by 2 pi from sample to sample, fringes would not average out.
+        follow = 2.0 * np.pi / (0.27 * np.exp(at[-1]) + 4.0 / axes.spread)
+        steps.append(min(axes.spread / _ORDER_STEPS, follow))
+        at.append(at[-1] + steps[-1])
+    steps.append(steps[-1])
+    return np.array(at), np.array(steps)
+
+
+@compiled()
+def _accumulate(
+    log_x: Array, share: Array, m: float, theta: Array, debye: bool,
+    nodes: Array, spread: float, reach: float,
+) -> tuple[Array, Array]:  # fmt: skip
+    sums = np.zeros((len(nodes), 2, len(theta)))
+    totals = np.zeros(len(nodes))
+    for i in range(len(log_x)):
+        x = np.exp(log_x[i])
+        value = intensities(x, m, theta, debye) / (x * x)
+        for j in range(len(nodes)):
+            away = (log_x[i] - nodes[j]) / spread
+            if abs(away) <= reach:
+                weight = share[i] * np.exp(-0.5 * away * away)
+                totals[j] += weight
+                for c in range(2):
+                    for k in range(len(theta)):
+                        sums[j, c, k] += weight * value[c, k]
+    return sums, totals
+
+
+@compiled()
+def _accumulate_efficiency(
+    log_x: Array, share: Array, m: float, nodes: Array, spread: float, reach: float
+) -> Array:
+    sums, totals = np.zeros(len(nodes)), np.zeros(len(nodes))
+    for i in range(len(log_x)):
+        value = efficiency(np.exp(log_x[i]), m)
+        for j in range(len(nodes)):
+            away = (log_x[i] - nodes[j]) / spread
+            if abs(away) <= reach:
+                weight = share[i] * np.exp(-0.5 * away * away)
+                totals[j] += weight
+                sums[j] += weight * value
+    return sums / totals
+
+
+def mean_intensities(axes: MieAxes, nodes: Array, m: float, theta: Array) -> Array:
+    """Average |S1|² and |S2|² over sizes, log-normally spread about some nodes.
+
+    All nodes are treated as the last one is: as whole amplitudes, or by Debye's orders.
+
+    Args:
+        axes: gives the spread.
+        nodes: ln x of the nodes (n,), ascending.
+        m: relative index.
+        theta: scattering angles (T,), rad.
+
+    Returns:
+        |S|²/x², perpendicular and parallel, (n, 2, T).
+    """
+    whole = coherent(axes, float(np.exp(nodes[-1])))
+    margin = _REACH * axes.spread
+    log_x, share = _sample_sizes(axes, float(nodes[0]) - margin, float(nodes[-1]) + margin, whole)
+    sums, totals = _accumulate(log_x, share, m, theta, not whole, nodes, axes.spread, _REACH)
+    return floats(sums / totals[:, None, None])
+
+
+def node_intensities(axes: MieAxes, nodes: Array, m: float) -> Array:
+    """Average at all of the table's angles (see :func:`mean_intensities`), (n, 2, T).
+
+    Where there is nothing but smooth parts, some angles are computed and the logarithm is
+    interpolated by a cubic spline between them: within 1e-3.
+    """
+    from scipy.interpolate import CubicSpline
+
+    theta = axes.angles(m)
+    kept = axes.needed_angles(float(np.exp(nodes[0])), m)
+    means = mean_intensities(axes, nodes, m, theta[kept])
+    spline = CubicSpline(kept.astype(np.float64), np.log(means), axis=2)
+    return floats(np.exp(spline(np.arange(len(theta)))))
+
+
+def mean_efficiency(axes: MieAxes, nodes: Array, m: float) -> Array:
+    """Average the extinction efficiency over the same spread: (n,)."""
+    margin = _REACH * axes.spread
+    low, high = float(nodes[0]) - margin, float(nodes[-1]) + margin
+    step = axes.spread / _ORDER_STEPS
+    log_x = np.arange(low, high + step, step)
+    share = np.full(len(log_x), step)
+    return floats(_accumulate_efficiency(log_x, share, m, nodes, axes.spread, _REACH))

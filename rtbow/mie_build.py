@@ -1,0 +1,208 @@
+"""Building the Lorenz-Mie table in parts: in parallel, resumable, on this machine or a cluster."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import astuple, dataclass
+from multiprocessing import get_context
+
+import numpy as np
+
+from rtbow.arrays import Array, Progress, no_progress
+from rtbow.cache import cached_arrays, forget_arrays, kept_arrays, keep_arrays, source_digest
+from rtbow.errors import RtbowError, UnavailableError
+from rtbow.mie_average import coherent, mean_efficiency, node_intensities
+from rtbow.mie_axes import MieAxes
+from rtbow.mie_table import MieTable, node_range
+
+_BLOCK_NODES = 24
+"""Sizes per part. A mean reaches 3.5 spreads beyond its outermost nodes, which parts compute
+twice: 29 % of the work, for parts of less than a minute each."""
+_POOL_RETRIES = 5
+"""How often a pool of processes is made anew after one of them was killed."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the table: one index, some sizes.
+
+    Attributes:
+        axes: the table's layout.
+        index: which index.
+        nodes: first node and end along ln x.
+    """
+
+    axes: MieAxes
+    index: int
+    nodes: tuple[int, int]
+
+    @property
+    def key(self) -> str:
+        """What its content depends on."""
+        return f"{_digest()} {astuple(self)}"
+
+    @property
+    def cost(self) -> float:
+        """How long it takes, in no particular unit."""
+        low, high = (float(np.exp(n * self.axes.step)) for n in self.nodes)
+        weight = 30.0 * high if coherent(self.axes, high) else 1.0 * high**2
+        return weight * (high - low) / high
+
+
+def _digest() -> str:
+    return source_digest("mie", "mie_axes", "mie_average")
+
+
+def compute_part(part: Part) -> dict[str, Array]:
+    """Compute a part's intensities (sizes, 2, angles) and Q_ext (sizes,)."""
+    nodes = np.arange(*part.nodes) * part.axes.step
+    m = float(part.axes.index_nodes[part.index])
+    return {
+        "values": node_intensities(part.axes, nodes, m),
+        "efficiency": mean_efficiency(part.axes, nodes, m),
+    }
+
+
+def parts(axes: MieAxes, nodes: tuple[int, int]) -> list[Part]:
+    """Cut a table into parts, the longest work first. Blocks lie on a grid of their own, so that
+    tables of other radii share them."""
+    found = []
+    start = nodes[0]
+    while start < nodes[1]:
+        end = min((start // _BLOCK_NODES + 1) * _BLOCK_NODES, nodes[1])
+        found.extend(Part(axes, index, (start, end)) for index in range(axes.indices))
+        start = end
+    return sorted(found, key=lambda part: -part.cost)
+
+
+Results = Iterator[tuple[Part, dict[str, Array]]]
+
+
+def _local(todo: list[Part], workers: int) -> Results:
+    """Compute parts in processes of this machine; a killed process costs its own part only."""
+    left = set(todo)
+    for _ in range(_POOL_RETRIES):
+        try:
+            with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+                running = {pool.submit(compute_part, part): part for part in todo if part in left}
+                try:
+                    for done in as_completed(running):
+                        result = done.result()
+                        left.discard(running[done])
+                        yield running[done], result
+                except BaseException:
+                    pool.shutdown(wait=False, cancel_futures=True)
+                    raise
+            return
+        except BrokenProcessPool:
+            continue
+    raise RtbowError(
+        f"building the table: its processes ended {_POOL_RETRIES} times, as when memory runs out;"
+        " what is finished is kept: run it again, with fewer --workers"
+    )
+
+
+def _cluster(todo: list[Part], scheduler: str) -> Results:
+    """Compute parts on a Dask cluster, which gives those of a lost worker to another."""
+    try:
+        from distributed import Client
+        from distributed import as_completed as futures_completed
+    except ImportError:
+        raise UnavailableError(
+            "a Dask cluster needs the package distributed; install it: pip install 'rtbow[cluster]'"
+        ) from None
+    try:
+        client = Client(scheduler, timeout="20s", set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise UnavailableError(
+            f"--scheduler {scheduler}: no Dask scheduler answers there ({error}); start one with"
+            " `dask scheduler` and workers with `dask worker`"
+        ) from None
+    with client:
+        # Workers die as their machines do: a part is not at fault until many were lost with it.
+        running = {client.submit(compute_part, part, pure=False, retries=3): part for part in todo}
+        for future, result in futures_completed(list(running), with_results=True):
+            yield running[future], result
+
+
+def build_mie_table(
+    axes: MieAxes,
+    radii_um: tuple[float, float],
+    progress: Progress = no_progress,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> MieTable:
+    """Build a table, or read it from the cache where it lies already.
+
+    Finished parts are kept in the cache as they come, so that a build that was stopped goes on
+    where it was; when all are there they are joined and removed.
+
+    Args:
+        axes: the layout.
+        radii_um: least and greatest radius it must hold.
+        progress: wraps the loop over parts.
+        workers: processes; left out: one per core.
+        scheduler: address of a Dask scheduler to use instead.
+
+    Raises:
+        RtbowError: the processes keep dying.
+        UnavailableError: no scheduler at the address, or Dask is not installed.
+    """
+    nodes = node_range(axes, radii_um)
+    kept = kept_arrays("mie", _table_key(axes, nodes))
+    if kept is not None:
+        return MieTable(axes, nodes[0], kept["values"], kept["efficiency"])
+    every = parts(axes, nodes)
+    found: dict[Part, dict[str, Array]] = {}
+    for part in every:
+        arrays = kept_arrays("mie-part", part.key)
+        if arrays is not None:
+            found[part] = arrays
+    todo = [part for part in every if part not in found]
+    workers = workers or len(os.sched_getaffinity(0))
+    results = _cluster(todo, scheduler) if scheduler else _local(todo, min(workers, len(todo) or 1))
+    if todo:
+        for part, arrays in _with_progress(results, len(todo), progress):
+            arrays["values"] = arrays["values"].astype(np.float32)
+            keep_arrays("mie-part", part.key, arrays)
+            found[part] = arrays
+    table = _join(axes, nodes, found)
+    arrays = {"values": table.values, "efficiency": table.efficiency}
+    if keep_arrays("mie", _table_key(axes, nodes), arrays):
+        for part in every:
+            forget_arrays("mie-part", part.key)
+    return table
+
+
+def kept_table(axes: MieAxes, radii_um: tuple[float, float]) -> MieTable | None:
+    """Give a table from the cache, if it was built."""
+    nodes = node_range(axes, radii_um)
+    kept = kept_arrays("mie", _table_key(axes, nodes))
+    return kept and MieTable(axes, nodes[0], kept["values"], kept["efficiency"])
+
+
+def _table_key(axes: MieAxes, nodes: tuple[int, int]) -> str:
+    return f"{_digest()} {astuple(axes)} {nodes}"
+
+
+def _with_progress(results: Results, count: int, progress: Progress) -> Results:
+    # The hook wraps a loop over numbers; results come as they are ready.
+    steps = iter(progress(range(count)))
+    for result in results:
+        next(steps, None)
+        yield result
+    next(steps, None)
+
+
+def _join(axes: MieAxes, nodes: tuple[int, int], found: dict[Part, dict[str, Array]]) -> MieTable:
+    sizes = nodes[1] - nodes[0]
+    values = np.zeros((axes.indices, sizes, 2, len(axes.angle_nodes)), dtype=np.float32)
+    efficiency = np.zeros((axes.indices, sizes))
+    for part, arrays in found.items():
+        rows = slice(part.nodes[0] - nodes[0], part.nodes[1] - nodes[0])
+        values[part.index, rows] = arrays["values"]
+        efficiency[part.index, rows] = arrays["efficiency"]
+    return MieTable(axes, nodes[0], values, efficiency)

@@ -1,0 +1,69 @@
+"""Lorenz-Mie cross-sections of one radius, summed at its own wavelengths: no table in between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtbow.arrays import Array, floats
+from rtbow.cache import cached_arrays, source_digest
+from rtbow.mie_average import node_intensities
+from rtbow.mie_axes import MieAxes
+from rtbow.mie_table import disc_grid, resample, standard_axes
+from rtbow.optics import Optics
+from rtbow.scene import Scene
+from rtbow.sizes import Sizes
+from rtbow.water import relative_index
+
+
+@dataclass(frozen=True)
+class DirectMieSections:
+    """Cross-sections of drops of one radius (see :class:`rtbow.sections.Sections`).
+
+    The same mean over a narrow spread of sizes as in the table, but at this very radius and these
+    very indices; only along the angle is there interpolation, of nodes denser than the table's.
+
+    Attributes:
+        axes: where the angles lie.
+        radius_m: the radius.
+        index: relative index (W,).
+        values: |S|²/x² (W, T, 2).
+    """
+
+    axes: MieAxes
+    radius_m: float
+    index: Array
+    values: Array
+
+    @classmethod
+    def of(cls, scene: Scene, optics: Optics, radius_m: float) -> DirectMieSections:
+        """Sum the series for a scene's wavelengths: seconds to minutes, kept in the cache."""
+        nm = optics.wavelength_nm
+        index = relative_index(nm, scene.scattering.water_temperature_c)
+        axes = standard_axes(scene.scattering.size_spread)
+
+        def build() -> dict[str, Array]:
+            x = 2.0 * np.pi * radius_m / (nm * 1e-9)
+            each = [
+                node_intensities(axes, np.array([np.log(size)]), float(m))[0].T
+                for size, m in zip(x, index, strict=True)
+            ]
+            return {"values": np.stack(each)}
+
+        key = f"{source_digest('mie', 'mie_axes', 'mie_average')} {axes} {radius_m!r} {nm.tobytes()!r}"
+        values = cached_arrays("mie-direct", f"{key} {index.tobytes()!r}", build)["values"]
+        return cls(axes, radius_m, index, values)
+
+    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+        """Give both components, averaged over the disc, (1, W, U, 2), at the one radius."""
+        nodes, weights = disc_grid(floats(theta_rad), disc_rad)
+        out = np.empty((1, len(self.index), len(theta_rad), 2))
+        for w, m in enumerate(self.index):
+            places = self.axes.angle_places(nodes, float(m))
+            out[0, w] = self.radius_m**2 * resample(self.values[w], places, weights)
+        return out
+
+    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+        """Give the same without the first axis; there are no several sizes."""
+        return self.sections(sizes.radius_m, theta_rad, disc_rad)[0]

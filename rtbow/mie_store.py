@@ -1,0 +1,86 @@
+"""The Lorenz-Mie tables at hand: the one that ships, those in the cache, or one built on demand."""
+
+from __future__ import annotations
+
+import lzma
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.arrays import Progress, no_progress
+from rtbow.cache import cached_arrays, file_digest
+from rtbow.files import write_atomic
+from rtbow.mie_axes import DEFAULT_SPREAD
+from rtbow.mie_build import build_mie_table, kept_table
+from rtbow.mie_table import TABLE_RADII_UM, MieTable, standard_axes
+
+COMPACT_FILE = Path(__file__).resolve().parent / "data" / "mie-compact.bin"
+_PER_OCTAVE = 256.0
+"""Steps of the stored logarithm per factor of two: 0.14 % at most from rounding."""
+
+def pack(table: MieTable) -> bytes:
+    """Write a standard table compactly: logarithms in small steps, their second differences along
+    the angle, compressed with LZMA."""
+    steps = np.rint(np.log2(table.values) * _PER_OCTAVE).astype(np.int32)
+    # Second differences along the angle are small numbers, and compress.
+    second = np.diff(np.diff(steps, axis=-1, prepend=0), axis=-1, prepend=0).astype("<i2")
+    planes = second.ravel().view(np.uint8).reshape(-1, 2).T
+    header = np.array([table.first, *table.values.shape], dtype="<i4").tobytes()
+    body = planes.tobytes() + table.efficiency.astype("<f4").tobytes()
+    return header + lzma.compress(body, preset=9 | lzma.PRESET_EXTREME)
+
+
+def unpack(data: bytes) -> MieTable:
+    """Read what :func:`pack` wrote."""
+    first, *shape = np.frombuffer(data[:20], dtype="<i4").tolist()
+    count = int(np.prod(shape))
+    body = lzma.decompress(data[20:])
+    planes = np.frombuffer(body[: 2 * count], dtype=np.uint8).reshape(2, -1)
+    second = np.ascontiguousarray(planes.T).view("<i2").reshape(shape).astype(np.int32)
+    steps = second.cumsum(axis=-1).cumsum(axis=-1)
+    values = np.exp2(steps / _PER_OCTAVE).astype(np.float32)
+    efficiency = np.frombuffer(body[2 * count :], dtype="<f4").reshape(shape[:2])
+    axes = standard_axes(DEFAULT_SPREAD)
+    return MieTable(axes, first, values, efficiency.astype(np.float64))
+
+
+def write_compact(full: MieTable, path: Path = COMPACT_FILE) -> None:
+    """Make the file that ships from a full table."""
+    write_atomic(path, pack(full))
+
+
+@lru_cache(maxsize=1)
+def compact_table() -> MieTable:
+    """Give the table that ships; unpacked once, then from the cache."""
+
+    def build() -> dict[str, NDArray[np.float64] | NDArray[np.float32] | NDArray[np.int64]]:
+        table = unpack(COMPACT_FILE.read_bytes())
+        return {
+            "values": table.values,
+            "efficiency": table.efficiency,
+            "first": np.array(table.first),
+        }
+
+    kept = cached_arrays("mie-compact", file_digest(COMPACT_FILE), build)
+    axes = standard_axes(DEFAULT_SPREAD)
+    return MieTable(axes, int(kept["first"]), kept["values"], kept["efficiency"])
+
+
+@lru_cache(maxsize=2)
+def mie_table(
+    spread: float, radii_um: tuple[float, float], progress: Progress = no_progress
+) -> MieTable:
+    """Give a table that holds some radii: the full one if it was built, the one that ships, or one
+    built now for these radii (minutes for large drops; kept in the cache).
+
+    Args:
+        spread: standard deviation of ln(radius).
+        radii_um: least and greatest radius.
+        progress: wraps the loop over the parts that are built.
+    """
+    low, high = TABLE_RADII_UM
+    if spread == DEFAULT_SPREAD and low <= radii_um[0] and radii_um[1] <= high:
+        return kept_table(standard_axes(spread), TABLE_RADII_UM) or compact_table()
+    return build_mie_table(standard_axes(spread), radii_um, progress)

@@ -1,0 +1,235 @@
+"""The Lorenz-Mie table: mean intensities over size, index and angle, and its look-up.
+
+Nodes are log-normal means over a narrow spread of sizes (:mod:`rtbow.mie_average`), which leaves
+nothing along ln x that cubic splines with one node per spread do not follow; the light's disc is
+averaged on the sphere when a scene's own angles are looked up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.arrays import Array, floats
+from rtbow.compiled import compiled, prange
+from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
+from rtbow.disc import disc_nodes
+from rtbow.errors import InputError
+from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
+from rtbow.sizes import Sizes
+
+TABLE_RADII_UM = (MIN_RADIUS_UM, 1500.0)
+"""Radii of the whole table; larger ones are built when a scene asks for them."""
+_MARGIN = 6
+"""Nodes beyond the range on each side: what a spline's end does falls by 0.27 per node."""
+
+
+def standard_axes(spread: float) -> MieAxes:
+    """Give the layout of a whole table: a narrower spread leaves finer fringes."""
+    finer = min(max(DEFAULT_SPREAD / spread, 0.5), 2.0)
+    return MieAxes(spread, 1.0, 5, 60.0 * finer, 100.0 * finer, 50.0 * finer, 0.45)
+
+
+def node_range(axes: MieAxes, radii_um: tuple[float, float]) -> tuple[int, int]:
+    """Give the first node and the end of those that radii need at all visible wavelengths."""
+    low = 2.0 * np.pi * radii_um[0] * 1e3 / VISIBLE_NM[1]
+    high = 2.0 * np.pi * radii_um[1] * 1e3 / VISIBLE_NM[0]
+    return axes.first_node(low) - _MARGIN, axes.first_node(high) + 2 + _MARGIN
+
+
+@dataclass(frozen=True)
+class MieTable:
+    """Mean intensities at the nodes of some axes.
+
+    Attributes:
+        axes: the layout.
+        first: node of the first size.
+        values: |S|²/x² (indices, sizes, 2, angles), perpendicular and parallel, float32.
+        efficiency: Q_ext (indices, sizes), with the same spread of sizes.
+    """
+
+    axes: MieAxes
+    first: int
+    values: NDArray[np.float32]
+    efficiency: Array
+
+    def covers(self, radii_um: tuple[float, float]) -> bool:
+        """Whether it holds some radii at all visible wavelengths."""
+        low, high = node_range(self.axes, radii_um)
+        return low >= self.first and high <= self.first + self.values.shape[1]
+
+    def intensities(self, x: Array, m: float) -> Array:
+        """Look up |S|²/x² at the table's own angles for an index (:meth:`MieAxes.angles`).
+
+        Args:
+            x: size parameters (R,).
+            m: relative index.
+
+        Returns:
+            (R, 2, T).
+        """
+        rows, start, weights = self._rows(x)
+        mixed = np.tensordot(self.axes.index_weights(m), self.values[:, rows], axes=(0, 0))
+        return _mix_rows(_spline(mixed), start, weights)
+
+    def mixed(self, x: Array, weights: Array, m: float) -> Array:
+        """Look up the sum of |S|²/x² over sizes x (R,) with weights (R,), (2, T)."""
+        rows, start, shares = self._rows(x)
+        mixed = np.tensordot(self.axes.index_weights(m), self.values[:, rows], axes=(0, 0))
+        # Sums first: one weight per row of the spline's coefficients.
+        of_row = np.zeros(len(mixed))
+        for k in range(4):
+            np.add.at(of_row, start + k, weights * shares[:, k])
+        return floats(np.tensordot(of_row, _spline(mixed), axes=(0, 0)))
+
+    def extinction_efficiency(self, x: Array, m: float) -> Array:
+        """Look up Q_ext at sizes x (R,)."""
+        rows, start, weights = self._rows(x)
+        mixed = self.axes.index_weights(m) @ self.efficiency[:, rows]
+        return floats(_mix_rows(_spline(mixed)[:, None, None], start, weights)[:, 0, 0])
+
+    def _rows(self, x: Array) -> tuple[slice, NDArray[np.int64], Array]:
+        """Rows that sizes need, and the first row and the weights of the spline at each size."""
+        place = np.log(floats(x)) / self.axes.step - self.first
+        base = np.floor(place).astype(np.int64)
+        rows = slice(
+            max(int(base.min()) - 2 * _MARGIN, 0),
+            min(int(base.max()) + 2 * _MARGIN, self.values.shape[1]),
+        )
+        f = (place - base)[:, None]
+        weights = np.concatenate(
+            [
+                (1.0 - f) ** 3,
+                4.0 - 6.0 * f**2 + 3.0 * f**3,
+                1.0 + 3.0 * f + 3.0 * f**2 - 3.0 * f**3,
+                f**3,
+            ],
+            axis=1,
+        )
+        return rows, base - 1 - rows.start, weights / 6.0
+
+
+def _spline(rows: Array) -> Array:
+    """Coefficients of the cubic spline through values along the first axis."""
+    from scipy.ndimage import spline_filter1d
+
+    return floats(spline_filter1d(rows, order=3, axis=0, mode="mirror", output=np.float64))
+
+
+def _mix_rows(coefficients: Array, start: NDArray[np.int64], weights: Array) -> Array:
+    mixed = np.zeros((len(start), *coefficients.shape[1:]))
+    for k in range(4):
+        mixed += weights[:, k, None, None] * coefficients[start + k]
+    return mixed
+
+
+@compiled(parallel=True)
+def resample(values: Array, places: Array, weights: Array) -> Array:
+    """Means over discs of a table's columns: cubic interpolation at each node of each disc.
+
+    Args:
+        values: (T, C).
+        places: where the nodes lie along T, (U, n).
+        weights: of the nodes (U, n).
+
+    Returns:
+        (U, C).
+    """
+    angles, columns = values.shape
+    out = np.zeros((len(places), columns))
+    for u in prange(len(places)):
+        row = out[u]
+        for k in range(places.shape[1]):
+            base = min(max(int(places[u, k]), 1), angles - 3)
+            f = places[u, k] - base
+            # Lagrange's cubic through the four nodes around; at the ends through the last four.
+            w0 = -weights[u, k] * f * (f - 1.0) * (f - 2.0) / 6.0
+            w1 = weights[u, k] * (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0
+            w2 = -weights[u, k] * (f + 1.0) * f * (f - 2.0) / 2.0
+            w3 = weights[u, k] * (f + 1.0) * f * (f - 1.0) / 6.0
+            a, b = values[base - 1], values[base]
+            c, d = values[base + 1], values[base + 2]
+            for j in range(columns):
+                row[j] += (w0 * a[j] + w1 * b[j]) + (w2 * c[j] + w3 * d[j])
+    return out
+
+
+def disc_grid(theta: Array, disc_rad: float) -> tuple[Array, Array]:
+    """Nodes and weights over a disc about each angle: (U, n) each, padded with weight 0."""
+    # The finest fringes that a spread of 2 % leaves turn by 6000 rad per rad.
+    count = 24 + int(4000.0 * disc_rad)
+    discs = [disc_nodes(float(t), disc_rad, count) for t in theta]
+    most = max(len(angles) for angles, _ in discs)
+    nodes, weights = np.zeros((len(discs), most)), np.zeros((len(discs), most))
+    for u, (angles, shares) in enumerate(discs):
+        nodes[u, : len(angles)], weights[u, : len(shares)] = angles, shares
+    return nodes, weights
+
+
+@dataclass(frozen=True)
+class MieSections:
+    """Cross-sections of water drops at some wavelengths.
+
+    Attributes:
+        table: the table.
+        wavelength_m: wavelengths in air (W,), m.
+        index: relative index (W,).
+    """
+
+    table: MieTable
+    wavelength_m: Array
+    index: Array
+
+    def __post_init__(self) -> None:
+        low, high = INDEX_RANGE
+        if np.any((self.index < low) | (self.index > high)):
+            raise InputError(
+                f"water has a refractive index of {self.index.min():.4f} to {self.index.max():.4f}"
+                f" at these wavelengths; theory mie holds {low} to {high}, which is 380-780 nm at"
+                " -12 to 60 °C"
+            )
+
+    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+        """Give both components of the differential cross-section, averaged over the disc.
+
+        Args:
+            radius_m: drop radii (R,).
+            theta_rad: scattering angles (U,).
+            disc_rad: angular radius of the light's disc.
+
+        Returns:
+            |S1|²/k² and |S2|²/k² in m² sr⁻¹, (R, W, U, 2); without absorption.
+        """
+        radius = floats(radius_m)
+        nodes, weights = disc_grid(floats(theta_rad), disc_rad)
+        out = np.empty((len(radius), len(self.index), len(theta_rad), 2))
+        for w, (wavelength, m) in enumerate(zip(self.wavelength_m, self.index, strict=True)):
+            x = 2.0 * np.pi * radius / wavelength
+            values = self.table.intensities(x, float(m)) * radius[:, None, None] ** 2
+            places = self.table.axes.angle_places(nodes, float(m))
+            columns = np.ascontiguousarray(values.reshape(-1, values.shape[2]).T)
+            means = resample(columns, places, weights)
+            out[:, w] = means.reshape(len(theta_rad), len(radius), 2).transpose(1, 0, 2)
+        return out
+
+    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+        """Give the mean over drops of several sizes, (W, U, 2); arguments as above."""
+        nodes, weights = disc_grid(floats(theta_rad), disc_rad)
+        out = np.empty((len(self.index), len(theta_rad), 2))
+        for w, (wavelength, m) in enumerate(zip(self.wavelength_m, self.index, strict=True)):
+            x = 2.0 * np.pi * sizes.radius_m / wavelength
+            values = self.table.mixed(x, sizes.share * sizes.radius_m**2, float(m))
+            places = self.table.axes.angle_places(nodes, float(m))
+            out[w] = resample(np.ascontiguousarray(values.T), places, weights)
+        return out
+
+    def efficiencies(self, radius_m: Array) -> Array:
+        """Give the extinction efficiency (R, W)."""
+        radius = floats(radius_m)
+        columns = [
+            self.table.extinction_efficiency(2.0 * np.pi * radius / wavelength, float(m))
+            for wavelength, m in zip(self.wavelength_m, self.index, strict=True)
+        ]
+        return np.stack(columns, axis=1)

@@ -1,0 +1,76 @@
+"""Compiled loops of the reference for the rain's own optical depth."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtbow.arrays import Array, Indices
+from rtbow.compiled import compiled, prange
+from rtbow.reference_kernel import cut_ray, interpolate
+
+
+@compiled()
+def optical_depth(
+    origin: Array, ray: Array, start: float, end: float, box: Array, field: Array
+) -> float:
+    """Integral of a field (nz, ny, nx, 2), its first channel, along a ray within its box.
+
+    Exact: cut at the grid's planes, between which the field is a cubic along the ray.
+    """
+    if end <= start:
+        return 0.0
+    counts = np.array([field.shape[2], field.shape[1], field.shape[0]])
+    cuts = cut_ray(origin, ray, start, end, box, counts, np.inf)
+    total = 0.0
+    for k in range(len(cuts) - 1):
+        half, middle = 0.5 * (cuts[k + 1] - cuts[k]), 0.5 * (cuts[k + 1] + cuts[k])
+        for side in (-1.0, 1.0):
+            # Gauss-Legendre with two nodes, exact for cubics.
+            at = origin + (middle + side * half * 0.5773502691896258) * ray
+            total += half * interpolate(at, box, field)[0]
+    return total
+
+
+@compiled(parallel=True)
+def depths_along(
+    origin: Array,
+    rays: Array,
+    entry: Array,
+    start: Indices,
+    distance: Array,
+    box: Array,
+    field: Array,
+) -> Array:
+    """Optical depth from the eye to samples that follow each other along rays.
+
+    Args:
+        origin: the eye (3,), m.
+        rays: unit directions (n, 3).
+        entry: distance of entry into the box (n,).
+        start: first sample of each ray (n + 1,).
+        distance: of each sample (m,), ascending along a ray.
+        box: corners (2, 3), m.
+        field: extinction (nz, ny, nx, 2), first channel, 1/m.
+
+    Returns:
+        (m,).
+    """
+    depths = np.zeros(len(distance))
+    for pixel in prange(len(rays)):
+        depth, reached = 0.0, entry[pixel]
+        for k in range(start[pixel], start[pixel + 1]):
+            depth += optical_depth(origin, rays[pixel], reached, distance[k], box, field)
+            reached = max(reached, distance[k])
+            depths[k] = depth
+    return depths
+
+
+@compiled(parallel=True)
+def depths_of_paths(
+    points: Array, directions: Array, lengths: Array, box: Array, field: Array
+) -> Array:
+    """Optical depth from points (n, 3) over lengths (n,) in directions (n, 3), (n,)."""
+    depths = np.zeros(len(points))
+    for i in prange(len(points)):
+        depths[i] = optical_depth(points[i], directions[i], 0.0, lengths[i], box, field)
+    return depths

@@ -1,0 +1,222 @@
+"""Cross-sections laid out for a scene: what the shader's section texture and the reference read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.arrays import Array, floats
+from rtbow.errors import InputError
+from rtbow.sections import Sections
+from rtbow.sizes import Sizes
+
+_LARGEST_BYTES = 768 * 2**20
+_LARGEST_FLOAT32_BYTES = 128 * 2**20
+"""Beyond this the table is stored in half floats, whose 11 bits round by 2.4e-4."""
+_HALF_MAX = 30_000.0
+_ROW_STEP = 0.01
+"""Distance of rows in ln(radius): with the 2 % spread, linear interpolation errs by 0.4 % of the
+bow's peak at most without a disc, less with one; wider where the table would grow too large."""
+_PER_FOLD = 60.0
+"""Texels per factor e of the distance from a pole: 4 for the finest rings that a 2 % spread leaves."""
+
+
+@dataclass(frozen=True)
+class AngleAxis:
+    """Places of scattering angles: evenly, and denser towards both poles where detail is finer.
+
+    Attributes:
+        low: first angle, rad.
+        high: last angle.
+        linear: texels per rad.
+        pole: texels per factor e of the distance from a pole.
+        width: distance from a pole at which that begins, rad.
+    """
+
+    low: float
+    high: float
+    linear: float
+    pole: float
+    width: float
+
+    def place(self, theta: Array) -> Array:
+        """Place in texels, from an arbitrary start."""
+        poles = np.arcsinh(theta / self.width) - np.arcsinh((np.pi - theta) / self.width)
+        return floats(self.linear * theta + self.pole * poles)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Places of the first and the last angle."""
+        low, high = self.place(np.array([self.low, self.high]))
+        return float(low), float(high)
+
+    def angles(self) -> Array:
+        """Angles of the texels, ascending."""
+        low, high = self.ends
+        wanted = np.linspace(low, high, max(2, math.ceil(high - low) + 1))
+        # Bisection: the place only grows.
+        lower, upper = np.full(len(wanted), self.low), np.full(len(wanted), self.high)
+        for _ in range(60):
+            middle = 0.5 * (lower + upper)
+            below = self.place(middle) < wanted
+            lower, upper = np.where(below, middle, lower), np.where(below, upper, middle)
+        angles = 0.5 * (lower + upper)
+        angles[0], angles[-1] = self.low, self.high
+        return floats(angles)
+
+
+def angle_axis(low: float, high: float, disc_rad: float, largest_m: float) -> AngleAxis:
+    """Choose angles that resolve what drops up to a size show under a disc.
+
+    Args:
+        low: first scattering angle, rad.
+        high: last.
+        disc_rad: angular radius of the smallest disc.
+        largest_m: greatest drop radius.
+    """
+    # At the violet end, where detail is finest.
+    x = 2.0 * np.pi * largest_m / 380e-9
+    bow = 0.12 / x ** (2.0 / 3.0)
+    even = math.hypot(disc_rad / 8.0, bow)
+    # Rings about the poles are 1/x wide; a disc leaves nothing finer than itself.
+    ring = min(math.hypot(disc_rad / 8.0, 0.25 / x), even)
+    return AngleAxis(max(low, 0.0), min(high, np.pi), 1.0 / even, _PER_FOLD, _PER_FOLD * ring)
+
+
+@dataclass(frozen=True)
+class RadiusAxis:
+    """Rows of radius, evenly in the logarithm; one row for one radius or one mixture.
+
+    Attributes:
+        radius_m: (R,).
+        mixture: sizes that the single row stands for, if it is a mixture.
+    """
+
+    radius_m: Array
+    mixture: Sizes | None
+
+    @property
+    def per_fold(self) -> float:
+        """Rows per factor e."""
+        if len(self.radius_m) == 1:
+            return 0.0
+        return float((len(self.radius_m) - 1) / np.log(self.radius_m[-1] / self.radius_m[0]))
+
+
+def radius_axis(
+    radii_um: tuple[float, float], mixture: Sizes | None, step: float = _ROW_STEP
+) -> RadiusAxis:
+    """Choose rows for drops between two radii, or for one mixture."""
+    low, high = radii_um[0] * 1e-6, radii_um[1] * 1e-6
+    if mixture is not None:
+        return RadiusAxis(np.array([mixture.effective_radius_m]), mixture)
+    if high <= low:
+        return RadiusAxis(np.array([low]), None)
+    return RadiusAxis(floats(np.geomspace(low, high, 2 + int(np.log(high / low) / step))), None)
+
+
+def row_sections(sections: Sections, rows: RadiusAxis, theta: Array, disc_rad: float) -> Array:
+    """Cross-sections over the radius squared, (R, W, U, 2)."""
+    if rows.mixture is not None:
+        found = sections.mixed(rows.mixture, theta, disc_rad)[None]
+    else:
+        found = sections.sections(rows.radius_m, theta, disc_rad)
+    return floats(found / rows.radius_m[:, None, None, None] ** 2)
+
+
+@dataclass(frozen=True)
+class SectionTable:
+    """A scene's cross-sections.
+
+    Attributes:
+        angles: the axis of the columns.
+        radii: the rows.
+        scale: what stored values are to be multiplied with, besides the radius squared.
+        values: float32 or float16 (layers, R, U, channels): a layer per disc and wavelength, in
+            this order; channels are the mean of both components, or perpendicular and parallel,
+            and then their running integrals over the angle, if any.
+    """
+
+    angles: AngleAxis
+    radii: RadiusAxis
+    scale: float
+    values: NDArray[np.float32] | NDArray[np.float16]
+
+
+def section_table(
+    sections: Sections,
+    wavelengths: int,
+    angles: AngleAxis,
+    radii_um: tuple[float, float],
+    mixture: Sizes | None,
+    discs_rad: tuple[float, ...],
+    *,
+    components: bool,
+    running: bool,
+) -> SectionTable:
+    """Compute a table.
+
+    Args:
+        sections: the theory's cross-sections at W wavelengths.
+        wavelengths: W.
+        angles: the columns.
+        radii_um: least and greatest radius.
+        mixture: the sizes of drops that are mixed everywhere.
+        discs_rad: angular radii of the lights' discs.
+        components: both components apart, for a polariser.
+        running: with running integrals over the angle, counted from the right angle.
+
+    Raises:
+        InputError: it would not fit in memory.
+    """
+    theta = angles.angles()
+    channels = (2 if components else 1) * (2 if running else 1)
+    step = _ROW_STEP
+    while True:
+        radii = radius_axis(radii_um, mixture, step)
+        count = len(discs_rad) * wavelengths * len(radii.radius_m) * len(theta) * channels
+        if 2 * count <= _LARGEST_BYTES // 2 or len(radii.radius_m) == 1 or step > 0.03:
+            break
+        step *= 1.5
+    if 2 * count > _LARGEST_BYTES:
+        raise InputError(
+            f"cross-sections of drops from {radii_um[0]:g} to {radii_um[1]:g} um at {wavelengths}"
+            f" wavelengths would take {2 * count / 2**20:.0f} MiB; must be at most"
+            f" {_LARGEST_BYTES / 2**20:.0f}; use a larger render.wavelength_step_nm, a narrower"
+            ' range of radii, or droplets.radius.mixing = "local"'
+        )
+    half = 4 * count > _LARGEST_FLOAT32_BYTES and not running
+    values = np.empty((len(discs_rad), wavelengths, len(radii.radius_m), len(theta), channels), "f4")
+    for number, disc in enumerate(discs_rad):
+        # Rows a few at a time: in float64 the whole is four times as large.
+        for start in range(0, len(radii.radius_m), 32):
+            part = slice(start, start + 32)
+            some = RadiusAxis(radii.radius_m[part], radii.mixture)
+            both = row_sections(sections, some, theta, disc).transpose(1, 0, 2, 3)
+            chosen = both if components else both.mean(axis=3, keepdims=True)
+            if running:
+                chosen = np.concatenate([chosen, _running(chosen, theta)], axis=3)
+            values[number, :, part] = chosen
+    values = values.reshape(-1, *values.shape[2:])
+    if not half:
+        return SectionTable(angles, radii, 1.0, values)
+    most = float(values.max())
+    scale = max(most / _HALF_MAX, 1.0)
+    return SectionTable(angles, radii, scale, (values / scale).astype(np.float16))
+
+
+def _running(values: Array, theta: Array) -> Array:
+    """Running integrals over the last axis but one."""
+    return floats(np.moveaxis(running_integral(np.moveaxis(values, 2, 3), theta), 3, 2))
+
+
+def running_integral(values: Array, theta: Array) -> Array:
+    """Give the integral over the angle, the last axis: from the right angle, so that the bows, on
+    which it has to keep its digits, are not counted from the forward peak."""
+    rise = 0.5 * (values[..., 1:] + values[..., :-1]) * np.diff(theta)
+    running = np.concatenate([np.zeros_like(values[..., :1]), np.cumsum(rise, axis=-1)], axis=-1)
+    middle = min(int(np.searchsorted(theta, 0.5 * np.pi)), len(theta) - 1)
+    return floats(running - running[..., middle : middle + 1])

@@ -1,0 +1,151 @@
+"""Cross-sections of drops by either theory, behind one interface.
+
+What lies downstream (exports, charts, the shader's section texture, the reference) asks for
+differential cross-sections and does not know which theory gives them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from rtbow.airy import RADIUS_POWER, SCALE_POWER, bows
+from rtbow.arrays import Array, Progress, floats, no_progress
+from rtbow.compiled import compiled, prange
+from rtbow.mie_axes import DEFAULT_SPREAD
+from rtbow.mie_store import mie_table
+from rtbow.mie_table import MieSections, disc_grid, resample, standard_axes
+from rtbow.reference_kernel import airy_grid, airy_squared_at
+from rtbow.sizes import Sizes
+from rtbow.table import AiryTable, airy_table
+from rtbow.water import relative_index
+
+Theory = Literal["airy", "mie"]
+
+
+class Sections(Protocol):
+    """Differential cross-sections of water drops at some wavelengths."""
+
+    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+        """Give both components, averaged over the light's disc.
+
+        Args:
+            radius_m: drop radii (R,).
+            theta_rad: scattering angles (U,).
+            disc_rad: angular radius of the light's disc.
+
+        Returns:
+            |S1|²/k² (perpendicular) and |S2|²/k² (parallel) in m² sr⁻¹, (R, W, U, 2). Their mean
+            is what unpolarised light meets.
+        """
+        ...
+
+    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+        """Give the mean over drops of several sizes, (W, U, 2); arguments as above."""
+        ...
+
+
+@dataclass(frozen=True)
+class AirySections:
+    """Cross-sections by Airy's theory: the bows of some orders, and nothing else.
+
+    Attributes:
+        table: disc means of Airy's function.
+        orders: internal reflections, 1 and 2.
+        wavelength_m: wavelengths in air (W,).
+        index: relative index (W,).
+    """
+
+    table: AiryTable
+    orders: tuple[int, ...]
+    wavelength_m: Array
+    index: Array
+
+    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+        """Give both components, averaged over the light's disc (see :class:`Sections`)."""
+        theta = floats(theta_rad)
+        ones = np.ones(len(self.index))
+        out = np.zeros((len(radius_m), len(self.index), len(theta), 2))
+        for the_bow in bows(self.orders, self.wavelength_m, self.index):
+            # Both components share the bow's shape and differ in its strength alone.
+            shape = self.table.cross_section(the_bow, ones, radius_m, theta, disc_rad)
+            for component, strength in enumerate((the_bow.perpendicular, the_bow.parallel)):
+                out[..., component] += strength[None, :, None] * shape
+        return out
+
+    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+        """Give the mean over drops of several sizes, (W, U, 2).
+
+        Airy's function itself at each size, on angles that are dense about the bows, and the disc
+        by quadrature on them.
+        """
+        axes = standard_axes(DEFAULT_SPREAD)
+        nodes, weights = disc_grid(floats(theta_rad), disc_rad)
+        out = np.empty((len(self.index), len(theta_rad), 2))
+        the_bows = bows(self.orders, self.wavelength_m, self.index)
+        powers = sizes.radius_m**SCALE_POWER, sizes.share * sizes.radius_m**RADIUS_POWER
+        for w, m in enumerate(self.index):
+            theta = axes.angles(float(m))
+            values = np.zeros((len(theta), 2))
+            for b in the_bows:
+                excess = b.side * (theta - b.angle_rad[w])
+                shape = airy_mixture(float(b.scale[w]), excess, *powers, airy_grid())
+                strength = np.array([b.perpendicular[w], b.parallel[w]])
+                values += shape[:, None] * strength
+            out[w] = resample(values, axes.angle_places(nodes, float(m)), weights)
+        return out
+
+
+@compiled(parallel=True)
+def airy_mixture(
+    scale: float, excess: Array, radius_scale: Array, weight: Array, grid: Array
+) -> Array:
+    """Sum Ai²(-scale · radius_scale · excess) over sizes with weights, at angles (T,)."""
+    total = np.zeros(len(excess))
+    for k in prange(len(excess)):
+        for r in range(len(weight)):
+            total[k] += weight[r] * airy_squared_at(scale * radius_scale[r] * excess[k], grid)
+    return total
+
+
+def water_sections(
+    theory: Theory,
+    wavelength_nm: Array,
+    temperature_c: float,
+    radii_um: tuple[float, float],
+    *,
+    orders: tuple[int, ...] = (1, 2),
+    spread: float = DEFAULT_SPREAD,
+    progress: Progress = no_progress,
+) -> Sections:
+    """Give the cross-sections of water drops in air.
+
+    Args:
+        theory: ``airy`` or ``mie``.
+        wavelength_nm: wavelengths in air (W,).
+        temperature_c: of the water.
+        radii_um: least and greatest radius that will be asked for.
+        orders: internal reflections (airy; mie has all).
+        spread: standard deviation of ln(radius) about each size (mie).
+        progress: wraps the loop over parts of a table that must be built.
+
+    Raises:
+        InputError: wavelengths or a temperature beyond the table.
+    """
+    nm = floats(wavelength_nm)
+    index = relative_index(nm, temperature_c)
+    if theory == "airy":
+        return AirySections(airy_table(), orders, nm * 1e-9, index)
+    return MieSections(mie_table(spread, radii_um, progress), nm * 1e-9, index)
+
+
+def extinction_efficiencies(
+    radius_m: Array, wavelength_nm: Array, temperature_c: float, spread: float = DEFAULT_SPREAD
+) -> Array:
+    """Give the exact extinction efficiency Q_ext (R, W), for either theory: Airy's has none."""
+    nm = floats(wavelength_nm)
+    radii = floats(radius_m) * 1e6
+    table = mie_table(spread, (float(radii.min()), float(radii.max())))
+    return MieSections(table, nm * 1e-9, relative_index(nm, temperature_c)).efficiencies(radius_m)
