@@ -21,6 +21,7 @@ from rtbow.errors import InputError, RtbowError, UnavailableError
 if TYPE_CHECKING:
     from rtbow.arrays import Progress
     from rtbow.renderer import Method
+    from rtbow.sections import Theory
 
     _SizeType = click.ParamType[tuple[int, int]]
     _ExposureType = click.ParamType[float | None]
@@ -119,7 +120,7 @@ class WholeNumber(click.IntRange):
     name = "whole number"
 
 
-def _progress(label: str, quiet: bool) -> Progress:
+def _progress(label: str, quiet: bool, unit: str = "row") -> Progress:
     """Give a wrapper that shows a bar on a terminal and nothing in a pipe."""
 
     def wrap(items: Iterable[int]) -> Iterable[int]:
@@ -127,7 +128,7 @@ def _progress(label: str, quiet: bool) -> Progress:
 
         # disable=None: only where stderr is a terminal.
         hidden = True if quiet else None
-        bar: Iterable[int] = tqdm(items, desc=label, unit="row", leave=False, disable=hidden)
+        bar: Iterable[int] = tqdm(items, desc=label, unit=unit, leave=False, disable=hidden)
         return bar
 
     return wrap
@@ -225,7 +226,9 @@ def render(
             " nothing is drawn; leave --seed out"
         )
     with Renderer(loaded, backend) as renderer:
-        rgb = renderer.render(method, _progress("rendering", quiet))
+        rgb = renderer.render(
+            method, _progress("rendering", quiet), _progress("building the table", quiet, "part")
+        )
         metadata = {
             "scene": loaded.source_text,
             "command": shlex.join(["rtbow", *sys.argv[1:]]),
@@ -326,14 +329,60 @@ def table() -> None:
 
 
 @table.command("build")
-def table_build() -> None:
-    """Build the table, store it in the cache and say how long it took.
+@click.option(
+    "--theory",
+    type=click.Choice(["airy", "mie"]),
+    default="airy",
+    show_default=True,
+    help="mie: exact, minutes; the one that ships needs no build.",
+)
+@click.option(
+    "--spread",
+    type=float,
+    default=2.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="Spread of sizes about each radius (mie).",
+)
+@click.option(
+    "--max-radius-um",
+    type=float,
+    default=1500.0,
+    show_default=True,
+    metavar="UM",
+    help="Largest drop (mie).",
+)
+@click.option(
+    "--workers", type=WholeNumber(1, 1024), metavar="N", help="Processes; left out: one per core."
+)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="A Dask scheduler to build on, such as tcp://host:8786."
+)
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+def table_build(
+    theory: str,
+    spread: float,
+    max_radius_um: float,
+    workers: int | None,
+    scheduler: str | None,
+    quiet: bool,
+) -> None:
+    """Build a table, store it in the cache and say how long it took.
 
-    Example: rtbow table build
-    """
-    from rtbow.table_tools import describe_build
+    What is finished stays: an interrupted build goes on where it was.
 
-    click.echo(describe_build())
+    Example: rtbow table build --theory mie
+    """  # fmt: skip
+    from rtbow.table_tools import describe_build, describe_mie_build
+
+    if theory == "airy":
+        text = describe_build()
+    else:
+        text = describe_mie_build(
+            spread, max_radius_um, _progress("building", quiet, "part"), workers, scheduler
+        )
+    if not quiet:
+        click.echo(text)
 
 
 @table.command("info")
@@ -358,7 +407,7 @@ def table_info(samples: int) -> None:
 
 @table.command("export")
 @click.argument("output")
-@click.option("--theory", type=click.Choice(["airy"]), default="airy", show_default=True)
+@click.option("--theory", type=click.Choice(["airy", "mie"]), default="airy", show_default=True)
 @click.option(
     "--disc",
     "disc_deg",
@@ -367,6 +416,14 @@ def table_info(samples: int) -> None:
     show_default=True,
     metavar="DEG",
     help="Angular diameter of the light's disc; 0 for a point.",
+)
+@click.option(
+    "--spread",
+    type=float,
+    default=2.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="Spread of sizes about each radius (mie).",
 )
 @click.option(
     "--radius-um",
@@ -391,8 +448,9 @@ def table_info(samples: int) -> None:
 @click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
 def table_export(
     output: str,
-    theory: str,
+    theory: Theory,
     disc_deg: float,
+    spread: float,
     radius_um: tuple[float, ...] | None,
     wavelength_nm: tuple[float, ...] | None,
     angles: int,
@@ -405,15 +463,26 @@ def table_export(
     from rtbow.files import check_writable
 
     check_writable(output, (".npz", ".exr"))
-    from rtbow.table_export import default_radii_um, default_wavelengths_nm, export_table
+    from rtbow.table_export import (
+        PlainTable,
+        default_radii_um,
+        default_wavelengths_nm,
+        export_table,
+    )
 
-    export_table(
-        Path(output),
+    wanted = PlainTable(
+        theory,
         default_radii_um() if radius_um is None else radius_um,
         default_wavelengths_nm() if wavelength_nm is None else wavelength_nm,
         angles,
         disc_deg,
-        _progress("exporting", quiet),
+        spread / 100.0,
+    )
+    export_table(
+        Path(output),
+        wanted,
+        _progress("exporting", quiet, "radius"),
+        _progress("building the table", quiet, "part"),
     )
     if not quiet:
         click.echo(output)

@@ -46,9 +46,7 @@ from numba import njit, prange  # noqa: E402
 __all__ = ["compiled", "prange"]
 
 
-def compiled(
-    *, parallel: bool = False, contract: bool = False
-) -> Callable[[Function], Function]:
+def compiled(*, parallel: bool = False, contract: bool = False) -> Callable[[Function], Function]:
     """Compile a function of numbers and arrays when it is first called.
 
     Args:

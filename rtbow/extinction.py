@@ -5,11 +5,11 @@ half of which is light that diffraction turns by a small angle only. Of that, wh
 light's own disc is not lost: it still comes from the disc, and blurs what is seen through the rain
 by no more than the disc does already. Its share is the energy of Airy's diffraction pattern within
 the disc's radius, 1 - J0²(v) - J1²(v) with v = x sin(radius) (Born and Wolf, section 8.5.2). So Q
-falls from 2 for cloud drops to 1 for rain; ``droplets.extinction_efficiency`` sets it instead.
+falls from 2 for cloud drops to 1 for rain; ``droplets.extinction_efficiency`` sets it.
 
-The field holds extinction at 550 nm; other wavelengths differ by a factor each, taken from the drops'
-effective radius: exact for one radius or mixture, within 1 % for radii above 100 µm and 4 % above
-10 µm in a volume that has several.
+The field holds extinction at 550 nm; other wavelengths differ by a factor each, taken from the
+drops' effective radius: exact for one radius or mixture, within 1 % for radii above 100 µm and 4 %
+above 10 µm in a volume that has several.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def _mean_towards(
 
 
 def paths_to(light: Sun | Lamp, points: Array, box: Array) -> tuple[Array, Array]:
-    """Give unit directions (n, 3) from points (n, 3) to a light, and the way inside the box (n,)."""
+    """Give unit directions (n, 3) from points (n, 3) to a light, and the way in the box (n,)."""
     if isinstance(light, Sun):
         directions = np.broadcast_to(light.direction, points.shape)
         distance = np.full(len(points), np.inf)
@@ -143,7 +143,7 @@ def _exits(points: Array, direction: Array, box: Array) -> Array:
     """Distances (n,) from points within a box to where directions (n, 3) leave it."""
     with np.errstate(divide="ignore", invalid="ignore"):
         spans = np.where(direction > 0.0, box[1] - points, box[0] - points) / direction
-    return np.min(np.where(direction == 0.0, np.inf, spans), axis=1)
+    return floats(np.min(np.where(direction == 0.0, np.inf, spans), axis=1))
 
 
 def with_second(field: Array) -> Array:
@@ -172,4 +172,4 @@ def mean_extinction_towards(light: Sun | Lamp, volume: DropletVolume, field: Arr
     directions, lengths = paths_to(light, points, volume.box_m)
     cells = (np.array(volume.shape) - 1.0) / (volume.box_m[1] - volume.box_m[0])
     means = _mean_towards(points, directions, lengths, volume.box_m, with_second(field), cells)
-    return means.reshape(counts[::-1]).astype(np.float32)
+    return np.asarray(means.reshape(counts[::-1]), dtype=np.float32)

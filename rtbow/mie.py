@@ -5,9 +5,9 @@ scattering plane, |S|²/k² the differential cross-section of that component. Th
 x = 2 pi a / lambda, m the index of water relative to air, real: what water absorbs in the visible
 is 1e-4 of the light in a drop of 5 mm at most wavelengths and 1 % at 780 nm.
 
-Debye's series (Debye 1908; Hovenac and Lock, J. Opt. Soc. Am. A 9, 781, 1992) writes each partial
-wave as what is reflected and diffracted (p = 0), transmitted (p = 1), and leaves after p - 1 internal
-reflections. Its sum is Lorenz-Mie's; its use is that the ripple between orders, which any spread of
+Debye's series (Debye 1908; Hovenac and Lock, J. Opt. Soc. Am. A 9, 781, 1992) writes each
+partial wave as what is reflected and diffracted (p = 0), transmitted (p = 1), and leaves after
+p - 1 internal reflections. Its sum is Lorenz-Mie's; its use is that the ripple between orders, which any spread of
 sizes blurs, is left out exactly by adding the orders' intensities.
 """
 
@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array
-from rtbow.compiled import compiled, prange
+from rtbow.arrays import Array, Complexes
+from rtbow.compiled import compiled
 
 DEBYE_SETS = 5
 """Amplitudes kept apart: p = 0, 1, 2, 3, and the rest together."""
@@ -77,7 +77,7 @@ def _riccati(z: float, count: int) -> tuple[Array, Array]:
 
 
 @compiled()
-def coefficients(x: float, m: float) -> tuple[Array, Array]:
+def coefficients(x: float, m: float) -> tuple[Complexes, Complexes]:
     """Scattering coefficients a_n and b_n.
 
     Args:
@@ -103,7 +103,7 @@ def coefficients(x: float, m: float) -> tuple[Array, Array]:
 
 
 @compiled()
-def _order_phases(x: float) -> Array:
+def _order_phases(x: float) -> Complexes:
     """Phases for the orders of the last set, another draw for each x.
 
     All in step, high orders add up to resonances millions of times narrower than any spread of
@@ -119,7 +119,7 @@ def _order_phases(x: float) -> Array:
 
 
 @compiled()
-def debye_coefficients(x: float, m: float) -> tuple[Array, Array]:
+def debye_coefficients(x: float, m: float) -> tuple[Complexes, Complexes]:
     """The coefficients split by Debye's order: two complex (DEBYE_SETS, n).
 
     Summed they are a_n and b_n, but for the last set, whose orders have phases of their own.
@@ -245,7 +245,7 @@ def _blocks(theta: Array) -> Array:
 
 
 @compiled()
-def amplitudes(x: float, m: float, theta: Array, debye: bool) -> tuple[Array, Array]:
+def amplitudes(x: float, m: float, theta: Array, debye: bool) -> tuple[Complexes, Complexes]:
     """Amplitudes S1 and S2.
 
     Args:

@@ -31,16 +31,16 @@ def _sample_sizes(axes: MieAxes, low: float, high: float, whole: bool) -> tuple[
     """Sizes from low to high (ln x), and the share of ln x that each stands for."""
     if whole:
         step = _COHERENT_STEP * min(np.exp(low) / _RESONANT_SIZE, 1.0)
-        at = np.arange(low, high + step, step)
-        return floats(at), np.full(len(at), step)
-    at, steps = [low], []
+        even = np.arange(low, high + step, step)
+        return floats(even), np.full(len(even), step)
+    at, steps = [low], [0.0]
     while at[-1] <= high:
         # The phase between the two rays of a bow, up to 0.27 x at 170 degrees: where it grows
         # by 2 pi from sample to sample, fringes would not average out.
         follow = 2.0 * np.pi / (0.27 * np.exp(at[-1]) + 4.0 / axes.spread)
         steps.append(min(axes.spread / _ORDER_STEPS, follow))
         at.append(at[-1] + steps[-1])
-    steps.append(steps[-1])
+    steps[0] = steps[1]
     return np.array(at), np.array(steps)
 
 
@@ -105,16 +105,16 @@ def mean_intensities(axes: MieAxes, nodes: Array, m: float, theta: Array) -> Arr
 def node_intensities(axes: MieAxes, nodes: Array, m: float) -> Array:
     """Average at all of the table's angles (see :func:`mean_intensities`), (n, 2, T).
 
-    Where there is nothing but smooth parts, some angles are computed and the logarithm is
-    interpolated by a cubic spline between them: within 1e-3.
+    The angles that the size needs are computed, and a cubic spline joins them.
     """
     from scipy.interpolate import CubicSpline
 
     theta = axes.angles(m)
     kept = axes.needed_angles(float(np.exp(nodes[0])), m)
     means = mean_intensities(axes, nodes, m, theta[kept])
-    spline = CubicSpline(kept.astype(np.float64), np.log(means), axis=2)
-    return floats(np.exp(spline(np.arange(len(theta)))))
+    values = CubicSpline(theta[kept], means, axis=2)(theta)
+    # Next to a dark ring a spline may pass below zero.
+    return floats(np.maximum(values, 0.5 * means.min(axis=2, keepdims=True)))
 
 
 def mean_efficiency(axes: MieAxes, nodes: Array, m: float) -> Array:

@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from rtbow.airy import bow
@@ -97,13 +96,15 @@ class MieAxes:
         widest = np.radians(1.01 * self.base_deg)
         # A sphere's pattern is a polynomial of degree 2x in the cosine: an eighth of its Nyquist
         # spacing resolves all of it.
-        closest = 0.2 / x
+        closest = 0.15 / x
         for k in range(1, len(angles) - 1):
             last = keep[-1]
             apart = angles[k] - angles[last]
-            if (fine[k] or fine[k + 1]) and angles[k + 1] - angles[last] > closest:
-                keep.append(k)
-            elif (k - last >= _THINNING and apart > closest) or apart > widest:
+            if (
+                ((fine[k] or fine[k + 1]) and angles[k + 1] - angles[last] > closest)
+                or (k - last >= _THINNING and apart > closest)
+                or apart > widest
+            ):
                 keep.append(k)
         return np.array([*keep, len(angles) - 1])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import astuple, dataclass
@@ -11,8 +11,8 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from rtbow.arrays import Array, Progress, no_progress
-from rtbow.cache import cached_arrays, forget_arrays, kept_arrays, keep_arrays, source_digest
+from rtbow.arrays import Array, Progress, floats, no_progress
+from rtbow.cache import forget_arrays, keep_arrays, kept_arrays, source_digest
 from rtbow.errors import RtbowError, UnavailableError
 from rtbow.mie_average import coherent, mean_efficiency, node_intensities
 from rtbow.mie_axes import MieAxes
@@ -58,7 +58,7 @@ def _digest() -> str:
 
 def compute_part(part: Part) -> dict[str, Array]:
     """Compute a part's intensities (sizes, 2, angles) and Q_ext (sizes,)."""
-    nodes = np.arange(*part.nodes) * part.axes.step
+    nodes = floats(np.arange(*part.nodes) * part.axes.step)
     m = float(part.axes.index_nodes[part.index])
     return {
         "values": node_intensities(part.axes, nodes, m),
@@ -69,7 +69,7 @@ def compute_part(part: Part) -> dict[str, Array]:
 def parts(axes: MieAxes, nodes: tuple[int, int]) -> list[Part]:
     """Cut a table into parts, the longest work first. Blocks lie on a grid of their own, so that
     tables of other radii share them."""
-    found = []
+    found: list[Part] = []
     start = nodes[0]
     while start < nodes[1]:
         end = min((start // _BLOCK_NODES + 1) * _BLOCK_NODES, nodes[1])
@@ -115,7 +115,7 @@ def _cluster(todo: list[Part], scheduler: str) -> Results:
             "a Dask cluster needs the package distributed; install it: pip install 'rtbow[cluster]'"
         ) from None
     try:
-        client = Client(scheduler, timeout="20s", set_as_default=False)
+        client = Client(scheduler, timeout="5s")
     except (OSError, ValueError, TimeoutError) as error:
         raise UnavailableError(
             f"--scheduler {scheduler}: no Dask scheduler answers there ({error}); start one with"
@@ -181,7 +181,9 @@ def kept_table(axes: MieAxes, radii_um: tuple[float, float]) -> MieTable | None:
     """Give a table from the cache, if it was built."""
     nodes = node_range(axes, radii_um)
     kept = kept_arrays("mie", _table_key(axes, nodes))
-    return kept and MieTable(axes, nodes[0], kept["values"], kept["efficiency"])
+    if kept is None:
+        return None
+    return MieTable(axes, nodes[0], kept["values"], kept["efficiency"])
 
 
 def _table_key(axes: MieAxes, nodes: tuple[int, int]) -> str:

@@ -51,8 +51,9 @@ class DirectMieSections:
             ]
             return {"values": np.stack(each)}
 
-        key = f"{source_digest('mie', 'mie_axes', 'mie_average')} {axes} {radius_m!r} {nm.tobytes()!r}"
-        values = cached_arrays("mie-direct", f"{key} {index.tobytes()!r}", build)["values"]
+        code = source_digest("mie", "mie_axes", "mie_average")
+        key = f"{code} {axes} {radius_m!r} {nm.tobytes()!r} {index.tobytes()!r}"
+        values = floats(cached_arrays("mie-direct", key, build)["values"])
         return cls(axes, radius_m, index, values)
 
     def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
@@ -66,4 +67,4 @@ class DirectMieSections:
 
     def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
         """Give the same without the first axis; there are no several sizes."""
-        return self.sections(sizes.radius_m, theta_rad, disc_rad)[0]
+        return floats(self.sections(sizes.radius_m, theta_rad, disc_rad)[0])

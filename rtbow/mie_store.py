@@ -20,6 +20,7 @@ COMPACT_FILE = Path(__file__).resolve().parent / "data" / "mie-compact.bin"
 _PER_OCTAVE = 256.0
 """Steps of the stored logarithm per factor of two: 0.14 % at most from rounding."""
 
+
 def pack(table: MieTable) -> bytes:
     """Write a standard table compactly: logarithms in small steps, their second differences along
     the angle, compressed with LZMA."""

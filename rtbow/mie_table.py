@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rtbow.arrays import Array, floats
 from rtbow.compiled import compiled, prange
-from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
+from rtbow.constants import MIN_RADIUS_UM, VISIBLE_NM
 from rtbow.disc import disc_nodes
 from rtbow.errors import InputError
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes

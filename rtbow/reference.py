@@ -17,10 +17,11 @@ from functools import lru_cache
 import numpy as np
 
 from rtbow.airy import SCALE_POWER
-from rtbow.arrays import Array, Indices, Progress, no_progress
+from rtbow.arrays import Array, Indices, Progress, floats, no_progress
 from rtbow.atmosphere import segment_column, sun_column
 from rtbow.camera import box_span, perpendicular_share, pixel_directions
 from rtbow.colour import xyz_to_rgb
+from rtbow.constants import EARTH_RADIUS_M
 from rtbow.disc import disc_nodes
 from rtbow.extinction import RainExtinction, paths_to, rain_extinction, with_second
 from rtbow.lights import NEAREST_M, Lamp, Sun
@@ -40,9 +41,11 @@ _MOST_NODES = 24
 _AIR_CELL_M = 200.0
 """Longest piece of a ray in air: attenuation over it is a polynomial of degree 5 to 1e-12."""
 _RAIN_DEPTH = 0.25
-"""Largest optical depth of the densest rain over a piece of a ray."""
+"""Largest optical depth of a piece of a ray."""
+_LAMP_RAIN_DEPTH = 0.05
+"""The same of a piece at a lamp, over which the attenuation is taken as that of its middle."""
 _RAIN_PIECES = 64.0
-"""Pieces along the box's diagonal in rain that attenuates, at least: the way to a light has kinks."""
+"""Pieces along the box's diagonal in rain that attenuates, at least: ways to lights have kinks."""
 _LAMP_PIECE_RAD = 0.01
 """Largest angle of a piece at a lamp. Drops and air vary over it by midpoint rule; the
 cross-section's integral over it is exact."""
@@ -81,16 +84,32 @@ class _Setup:
         if self.rain is not None and self.rain.greatest > 0.0:
             diagonal = float(np.linalg.norm(self.volume.box_m[1] - self.volume.box_m[0]))
             longest = min(longest, diagonal / _RAIN_PIECES)
-            # Beyond a depth of 50 nothing is seen, so that fog asks for no more pieces than that.
-            longest = min(longest, max(_RAIN_DEPTH / self.rain.greatest, diagonal / 4000.0))
         return longest
+
+    @property
+    def shadow_edges(self) -> Array:
+        """Heights down to which suns below the horizon shine, m."""
+        below = [sun.altitude_rad for sun in self.optics.suns if sun.altitude_rad < 0.0]
+        down = np.array(below if self.optics.has_air else [])
+        return floats(EARTH_RADIUS_M * (1.0 / np.cos(down) - 1.0))
+
+    @property
+    def extinction(self) -> Array:
+        """The rain's extinction as the kernels take it, zero where it does not attenuate."""
+        if self.rain is None:
+            return np.zeros((1, 1, 1, 2))
+        return with_second(self.rain.field)
+
+    def thickest(self, depth: float) -> float:
+        """Largest optical depth of a piece of a ray, infinite where rain does not attenuate."""
+        return depth if self.rain is not None and self.rain.greatest > 0.0 else np.inf
 
     def row_place(self, radius_m: Array) -> Array:
         """Places of radii along the rows."""
         assert self.rows is not None
         if len(self.rows.radius_m) == 1:
             return np.zeros(len(radius_m))
-        return np.log(radius_m / self.rows.radius_m[0]) * self.rows.per_fold
+        return floats(np.log(radius_m / self.rows.radius_m[0]) * self.rows.per_fold)
 
     def area(self, radius_m: Array) -> Array:
         """Squares of radii: of the rows' own one where there is only one, to the last digit."""
@@ -151,8 +170,9 @@ def _sample(setup: _Setup, rays: Array) -> _Samples:
     origin, box = setup.origin, setup.volume.box_m
     entry, leave = box_span(origin, rays, box)
     start, distance, weight, radius = sample_rays(
-        origin, rays, entry, leave, box, setup.moments, setup.longest, _gauss_rules()
-    )
+        origin, rays, entry, leave, box, setup.moments, setup.longest, _gauss_rules(),
+        setup.shadow_edges, setup.extinction, setup.thickest(_RAIN_DEPTH),
+    )  # fmt: skip
     each = np.repeat(rays, np.diff(start), axis=0)
     points = origin + distance[:, None] * each
     return _Samples(
@@ -166,8 +186,7 @@ def _depth_to_eye(setup: _Setup, rays: Array, start: Indices, distance: Array) -
         return np.zeros(len(distance))
     box = setup.volume.box_m
     entry, _ = box_span(setup.origin, rays, box)
-    field = with_second(setup.rain.field)
-    return depths_along(setup.origin, rays, entry, start, distance, box, field)
+    return depths_along(setup.origin, rays, entry, start, distance, box, setup.extinction)
 
 
 def _depth_to_light(setup: _Setup, light: Sun | Lamp, points: Array) -> Array:
@@ -176,13 +195,13 @@ def _depth_to_light(setup: _Setup, light: Sun | Lamp, points: Array) -> Array:
     box = setup.volume.box_m
     inside = np.clip(points, box[0], box[1])
     directions, lengths = paths_to(light, inside, box)
-    return depths_of_paths(inside, directions, lengths, box, with_second(setup.rain.field))
+    return depths_of_paths(inside, directions, lengths, box, setup.extinction)
 
 
 def _scattering_angles(direction: Array, rays: Array) -> Array:
     # theta = 0 is forward: light travels along -direction and on towards the eye along -ray.
     across = np.linalg.norm(direction - rays, axis=-1)
-    return 2.0 * np.arctan2(across, np.linalg.norm(direction + rays, axis=-1))
+    return floats(2.0 * np.arctan2(across, np.linalg.norm(direction + rays, axis=-1)))
 
 
 def _sun_xyz(setup: _Setup, rays: Array, samples: _Samples) -> Array:
@@ -274,6 +293,7 @@ def _lamp_xyz(setup: _Setup, rays: Array) -> Array:
         start, pieces = lamp_pieces(
             origin, rays, entry, leave, box, setup.moments, setup.longest,
             lamp.position_m, lamp.radius_m, _LAMP_PIECE_RAD, NEAREST_M,
+            setup.extinction, setup.thickest(_LAMP_RAIN_DEPTH),
         )  # fmt: skip
         each = np.repeat(rays, np.diff(start), axis=0)
         points = origin + pieces[:, :1] * each
@@ -371,7 +391,10 @@ def _rows_at_a_time(setup: _Setup, width: int, height: int) -> int:
 
 
 def render_reference(
-    scene: Scene, progress: Progress = no_progress, columns: slice = slice(None)
+    scene: Scene,
+    progress: Progress = no_progress,
+    columns: slice = slice(None),
+    building: Progress = no_progress,
 ) -> Array:
     """Render a scene in float64 at its own wavelength step (1 nm is the standard of truth).
 
@@ -379,6 +402,7 @@ def render_reference(
         scene: the scene.
         progress: wraps the loop over the picture's rows.
         columns: which columns of the picture; all by default.
+        building: wraps the loop over parts of an exact table that has to be built first.
 
     Returns:
         Linear Rec. 709 R, G, B in cd/m², float64 (h, columns, 3), first row on top.
@@ -386,7 +410,7 @@ def render_reference(
     Raises:
         InputError: a spectrum or volume file is not usable.
     """
-    setup = _set_up(scene)
+    setup = _set_up(scene, building)
     width, height = scene.camera.size_px
     width = len(range(width)[columns])
     xyz = np.zeros((height, width, 3))

@@ -111,6 +111,73 @@ def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]
 
 
 @compiled()
+def optical_depth(
+    origin: Array, ray: Array, start: float, end: float, box: Array, field: Array
+) -> float:
+    """Integral of a field (nz, ny, nx, 2), its first channel, along a ray within its box.
+
+    Exact: cut at the grid's planes, between which the field is a cubic along the ray.
+    """
+    if end <= start:
+        return 0.0
+    counts = np.array([field.shape[2], field.shape[1], field.shape[0]])
+    cuts = cut_ray(origin, ray, start, end, box, counts, np.inf)
+    total = 0.0
+    for k in range(len(cuts) - 1):
+        half, middle = 0.5 * (cuts[k + 1] - cuts[k]), 0.5 * (cuts[k + 1] + cuts[k])
+        for side in (-1.0, 1.0):
+            # Gauss-Legendre with two nodes, exact for cubics.
+            at = origin + (middle + side * half * 0.5773502691896258) * ray
+            total += half * interpolate(at, box, field)[0]
+    return total
+
+
+_UNSEEN_DEPTH = 50.0
+"""Optical depth behind which nothing is seen."""
+
+
+@compiled()
+def cut_by_depth(
+    origin: Array, ray: Array, cuts: Array, box: Array, field: Array, thickest: float
+) -> Array:
+    """Cut further, so that no piece is optically thicker than that as far as anything is seen.
+
+    Dense fog shows its first metres, or micrometres, only: even pieces would all lie behind them.
+    """
+    fine = [cuts[0]]
+    depth, last = 0.0, np.inf
+    for k in range(len(cuts) - 1):
+        start = cuts[k]
+        while start < cuts[k + 1]:
+            # From a guess by the piece before, halved until it is thin.
+            end = min(cuts[k + 1], start + 2.0 * last) if depth < _UNSEEN_DEPTH else cuts[k + 1]
+            part = optical_depth(origin, ray, start, end, box, field)
+            while part > thickest and depth < _UNSEEN_DEPTH:
+                middle = 0.5 * (start + end)
+                if middle <= start or middle >= end:  # neighbours in float64
+                    break
+                end = middle
+                part = optical_depth(origin, ray, start, end, box, field)
+            fine.append(end)
+            depth += part
+            last = end - start
+            start = end
+    return np.array(fine)
+
+
+@compiled()
+def cut_at_levels(origin: Array, ray: Array, cuts: Array, levels: Array) -> Array:
+    """Cut further where a ray crosses some heights."""
+    more = list(cuts)
+    for level in levels:
+        if ray[2] != 0.0:
+            t = (level - origin[2]) / ray[2]
+            if cuts[0] < t < cuts[-1]:
+                more.append(t)
+    return np.sort(np.array(more))
+
+
+@compiled()
 def _nodes_for(
     origin: Array, ray: Array, start: float, end: float, box: Array, moments: Array
 ) -> int:
@@ -130,7 +197,6 @@ def _nodes_for(
     return 3 + int(np.ceil(NODES_PER_LOG_RADIUS * np.log(most / least)))
 
 
-@compiled()
 def sample_rays(
     origin: Array,
     rays: Array,
@@ -140,6 +206,9 @@ def sample_rays(
     moments: Array,
     longest: float,
     rules: Array,
+    levels: Array | None = None,
+    field: Array | None = None,
+    thickest: float = np.inf,
 ) -> tuple[Indices, Array, Array, Array]:
     """Place Gauss-Legendre samples between the cuts of each ray, where there are drops.
 
@@ -152,17 +221,47 @@ def sample_rays(
         moments: density and density · radius, (nz, ny, nx, 2).
         longest: longest piece, m.
         rules: Gauss-Legendre nodes on -1..1 and weights (most, 2, most); rule n has n + 1 nodes.
+        levels: heights at which light sets in, if any, m (k,).
+        field: extinction of rain that attenuates (nz, ny, nx, 2), first channel, 1/m.
+        thickest: greatest optical depth of a piece.
 
     Returns:
         First sample of each ray (n + 1,), and per sample the distance [m], density times length
         [m⁻²] and radius [m].
     """
+    levels = np.zeros(0) if levels is None else levels
+    if field is None:
+        field, thickest = np.zeros((1, 1, 1, 2)), np.inf
+    found: tuple[Indices, Array, Array, Array] = _sample_rays(
+        origin, rays, entry, leave, box, moments, longest, rules, levels, field, thickest
+    )
+    return found
+
+
+@compiled()
+def _sample_rays(
+    origin: Array,
+    rays: Array,
+    entry: Array,
+    leave: Array,
+    box: Array,
+    moments: Array,
+    longest: float,
+    rules: Array,
+    levels: Array,
+    field: Array,
+    thickest: float,
+) -> tuple[Indices, Array, Array, Array]:
     counts = np.array([moments.shape[2], moments.shape[1], moments.shape[0]])
     start = np.zeros(len(rays) + 1, dtype=np.int64)
     distance, weight, radius = [0.0], [0.0], [0.0]
     for pixel in range(len(rays)):
         if entry[pixel] < leave[pixel]:
             cuts = cut_ray(origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest)
+            if len(levels):
+                cuts = cut_at_levels(origin, rays[pixel], cuts, levels)
+            if np.isfinite(thickest):
+                cuts = cut_by_depth(origin, rays[pixel], cuts, box, field, thickest)
             for k in range(len(cuts) - 1):
                 half = 0.5 * (cuts[k + 1] - cuts[k])
                 count = _nodes_for(origin, rays[pixel], cuts[k], cuts[k + 1], box, moments)

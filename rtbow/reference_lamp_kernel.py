@@ -14,6 +14,7 @@ from rtbow.reference_kernel import (
     AIRY_PER_UNIT,
     airy_grid,
     airy_squared_at,
+    cut_by_depth,
     cut_ray,
     interpolate,
 )
@@ -84,6 +85,8 @@ def lamp_pieces(
     lamp_radius: float,
     finest: float,
     nearest: float,
+    field: Array,
+    thickest: float,
 ) -> tuple[Indices, Array]:
     """Cut rays into pieces that are small in angle at a lamp and lie within one grid cell.
 
@@ -99,6 +102,8 @@ def lamp_pieces(
         lamp_radius: its radius, m; the part of a ray inside is left out.
         finest: largest angle of a piece at the lamp, rad.
         nearest: rays pass a lamp's centre no nearer than this, m.
+        field: extinction (nz, ny, nx, 2), first channel, 1/m.
+        thickest: greatest optical depth of a piece; infinite where nothing attenuates.
 
     Returns:
         First piece of each ray (n + 1,) and per piece (m, 6): distance of its middle [m], density
@@ -118,6 +123,8 @@ def lamp_pieces(
             cuts = cut_ray(origin, ray, entry[pixel], leave[pixel], box, counts, longest)
             if lamp_radius > 0.0:
                 cuts = _cut_by_distance(cuts, foot, max(side, lamp_radius))
+            if np.isfinite(thickest):
+                cuts = cut_by_depth(origin, ray, cuts, box, field, thickest)
             for k in range(len(cuts) - 1):
                 for part in range(2):  # before and behind the lamp's own sphere
                     low = cuts[k] if part == 0 else max(cuts[k], foot + chord)

@@ -6,29 +6,7 @@ import numpy as np
 
 from rtbow.arrays import Array, Indices
 from rtbow.compiled import compiled, prange
-from rtbow.reference_kernel import cut_ray, interpolate
-
-
-@compiled()
-def optical_depth(
-    origin: Array, ray: Array, start: float, end: float, box: Array, field: Array
-) -> float:
-    """Integral of a field (nz, ny, nx, 2), its first channel, along a ray within its box.
-
-    Exact: cut at the grid's planes, between which the field is a cubic along the ray.
-    """
-    if end <= start:
-        return 0.0
-    counts = np.array([field.shape[2], field.shape[1], field.shape[0]])
-    cuts = cut_ray(origin, ray, start, end, box, counts, np.inf)
-    total = 0.0
-    for k in range(len(cuts) - 1):
-        half, middle = 0.5 * (cuts[k + 1] - cuts[k]), 0.5 * (cuts[k + 1] + cuts[k])
-        for side in (-1.0, 1.0):
-            # Gauss-Legendre with two nodes, exact for cubics.
-            at = origin + (middle + side * half * 0.5773502691896258) * ray
-            total += half * interpolate(at, box, field)[0]
-    return total
+from rtbow.reference_kernel import optical_depth
 
 
 @compiled(parallel=True)

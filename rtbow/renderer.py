@@ -60,13 +60,17 @@ class Renderer:
         return self._context.backend if self._context else "none"
 
     def render(
-        self, method: Method = "auto", progress: Progress = no_progress
+        self,
+        method: Method = "auto",
+        progress: Progress = no_progress,
+        building: Progress = no_progress,
     ) -> NDArray[np.float32]:
         """Render a frame.
 
         Args:
             method: ``auto`` (``spectral``), ``spectral`` or ``reference``.
             progress: wraps the loop over the picture's rows, to show how far it is.
+            building: wraps the loop over parts of an exact table that has to be built first.
 
         Returns:
             Linear Rec. 709, D65, in cd/m², float32 (h, w, 3), first row on top. Negative
@@ -86,9 +90,9 @@ class Renderer:
         self.method_used = method
         try:
             if method == "reference":
-                frame = self._render_reference(progress)
+                frame = self._render_reference(progress, building)
             else:
-                frame = self._render_spectral(progress)
+                frame = self._render_spectral(progress, building)
         except MemoryError as error:
             raise UnavailableError(
                 "not enough memory; render smaller or use a coarser volume"
@@ -97,13 +101,16 @@ class Renderer:
         require_finite(frame)
         return frame
 
-    def _render_reference(self, progress: Progress) -> NDArray[np.float32]:
+    def _render_reference(self, progress: Progress, building: Progress) -> NDArray[np.float32]:
         from rtbow.reference import render_reference
 
-        parts = [render_reference(s, progress, columns) for s, columns in self.scene.parts()]
+        parts = [
+            render_reference(scene, progress, columns, building)
+            for scene, columns in self.scene.parts()
+        ]
         return np.concatenate(parts, axis=1).astype(np.float32)
 
-    def _render_spectral(self, progress: Progress) -> NDArray[np.float32]:
+    def _render_spectral(self, progress: Progress, building: Progress) -> NDArray[np.float32]:
         import moderngl
 
         from rtbow.context import open_context
@@ -115,7 +122,9 @@ class Renderer:
             with self._context.current():
                 parts = self.scene.parts()
                 if not self._passes:
-                    self._passes = [SpectralPass(self._context, scene) for scene, _ in parts]
+                    self._passes = [
+                        SpectralPass(self._context, scene, building) for scene, _ in parts
+                    ]
                 drawn = [
                     one.render(progress, columns)
                     for one, (_, columns) in zip(self._passes, parts, strict=True)

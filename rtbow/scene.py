@@ -32,7 +32,7 @@ from rtbow.constants import (
 from rtbow.errors import InputError
 
 AXES = ("east", "north", "up")
-_DRAWN = "how radii are drawn at the grid points"
+_DRAWN = "how the drops' radii are distributed"
 _SPECTRUM = "E490, equal-energy, a CIE name (FL2, HP1, LED-B3) or a CSV file of wavelength_nm,value"
 
 # Types of list items and lists; TOML has lists where the model has tuples, hence the lax Strict.

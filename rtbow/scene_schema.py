@@ -75,9 +75,13 @@ class Node:
         if field is None:
             return None
         if len(self.models) > 1 and get_origin(field.annotation) is Literal:
-            # What tells the kinds apart may be any of theirs.
-            tags = [get_args(m.model_fields[part].annotation) for m in self.models]
-            return Node(Literal[sum(tags, ())], ())
+            # What tells the kinds apart may be any of theirs; other words are those of some kinds.
+            tags = [
+                get_args(m.model_fields[part].annotation)
+                for m in self.models
+                if part in m.model_fields
+            ]
+            return Node(Literal[tuple(dict.fromkeys(sum(tags, ())))], ())
         default = None if field.is_required() else field.default
         return Node.of(field.annotation, tuple(field.metadata), default)
 

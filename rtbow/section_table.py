@@ -21,7 +21,8 @@ _ROW_STEP = 0.01
 """Distance of rows in ln(radius): with the 2 % spread, linear interpolation errs by 0.4 % of the
 bow's peak at most without a disc, less with one; wider where the table would grow too large."""
 _PER_FOLD = 60.0
-"""Texels per factor e of the distance from a pole: 4 for the finest rings that a 2 % spread leaves."""
+"""Texels per factor e of the distance from a pole: 4 for the finest rings that a spread of 2 %
+leaves."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +190,9 @@ def section_table(
             ' range of radii, or droplets.radius.mixing = "local"'
         )
     half = 4 * count > _LARGEST_FLOAT32_BYTES and not running
-    values = np.empty((len(discs_rad), wavelengths, len(radii.radius_m), len(theta), channels), "f4")
+    values = np.empty(
+        (len(discs_rad), wavelengths, len(radii.radius_m), len(theta), channels), "f4"
+    )
     for number, disc in enumerate(discs_rad):
         # Rows a few at a time: in float64 the whole is four times as large.
         for start in range(0, len(radii.radius_m), 32):
@@ -200,12 +203,11 @@ def section_table(
             if running:
                 chosen = np.concatenate([chosen, _running(chosen, theta)], axis=3)
             values[number, :, part] = chosen
-    values = values.reshape(-1, *values.shape[2:])
+    layers = values.reshape(-1, *values.shape[2:])
     if not half:
-        return SectionTable(angles, radii, 1.0, values)
-    most = float(values.max())
-    scale = max(most / _HALF_MAX, 1.0)
-    return SectionTable(angles, radii, scale, (values / scale).astype(np.float16))
+        return SectionTable(angles, radii, 1.0, layers)
+    scale = max(float(layers.max()) / _HALF_MAX, 1.0)
+    return SectionTable(angles, radii, scale, (layers / scale).astype(np.float16))
 
 
 def _running(values: Array, theta: Array) -> Array:

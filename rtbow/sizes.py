@@ -104,15 +104,11 @@ def _log_density(radius: Radius, rain_rate_mm_h: float | None) -> Callable[[Arra
         case NormalRadius():
             return lambda a: -0.5 * ((a - radius.mean_um) / radius.std_um) ** 2
         case LognormalRadius():
-            return lambda a: (
-                -np.log(a) - 0.5 * (np.log(a / radius.median_um) / radius.log_std) ** 2
-            )
+            return lambda a: -np.log(a) - 0.5 * (np.log(a / radius.median_um) / radius.log_std) ** 2
         case GammaRadius():
             # Hansen and Travis, Space Sci. Rev. 16, 527 (1974), equation 2.56.
             v = radius.effective_variance
-            return lambda a: (
-                (1.0 - 3.0 * v) / v * np.log(a) - a / (radius.effective_radius_um * v)
-            )
+            return lambda a: (1.0 - 3.0 * v) / v * np.log(a) - a / (radius.effective_radius_um * v)
         case ModifiedGammaRadius():
             # Deirmendjian, Electromagnetic Scattering on Spherical Polydispersions (1969).
             alpha, rate = _modified_gamma_slopes(radius)

@@ -19,7 +19,7 @@ from rtbow.context import GlContext
 from rtbow.errors import InputError
 from rtbow.extinction import RainExtinction, mean_extinction_towards, rain_extinction
 from rtbow.glsl import Define, compile_program, glsl_literal
-from rtbow.lights import NEAREST_M
+from rtbow.lights import NEAREST_M, Lamp, Sun
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import SectionTable, angle_axis, section_table
@@ -55,7 +55,7 @@ def _matrix_literal(matrix: NDArray[np.float64]) -> str:
 
 
 @dataclass(frozen=True)
-class _Parts:
+class Parts:
     """What a scene is made of, as the shader needs it.
 
     Attributes:
@@ -71,7 +71,7 @@ class _Parts:
     rain: RainExtinction | None
 
 
-def scene_parts(scene: Scene, progress: Progress = no_progress) -> _Parts:
+def scene_parts(scene: Scene, progress: Progress = no_progress) -> Parts:
     """Compute a scene's parts.
 
     Raises:
@@ -79,7 +79,7 @@ def scene_parts(scene: Scene, progress: Progress = no_progress) -> _Parts:
     """
     optics = scene_optics(scene)
     volume = build_volume(scene.droplets)
-    return _Parts(
+    return Parts(
         optics,
         volume,
         table_sections(scene, optics, volume, progress),
@@ -87,7 +87,7 @@ def scene_parts(scene: Scene, progress: Progress = no_progress) -> _Parts:
     )
 
 
-def shader_defines(scene: Scene, parts: _Parts) -> dict[str, Define]:
+def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
     """Give the shader's constants, and the switches that change its shape for a scene.
 
     ``shaders/README.md`` lists the switches.
@@ -97,7 +97,9 @@ def shader_defines(scene: Scene, parts: _Parts) -> dict[str, Define]:
     sides = ", ".join(glsl_literal(b.side) for b in optics.bows)
     bow_rows = 0 if table else len(optics.bows)
     lights = len(optics.suns) + len(optics.lamps)
-    bows = {} if table else {"BOW_COUNT": len(optics.bows), "BOW_SIDE": f"float[]({sides})"}
+    bows: dict[str, Define] = (
+        {} if table else {"BOW_COUNT": len(optics.bows), "BOW_SIDE": f"float[]({sides})"}
+    )
     return {
         **shader_constants(),
         "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
@@ -140,7 +142,7 @@ def _widest_disc(optics: Optics, volume: DropletVolume) -> float:
     return float(scale * (volume.radius_range_um[1] * 1e-6) ** SCALE_POWER * disc)
 
 
-def _one_radius(parts: _Parts) -> bool:
+def _one_radius(parts: Parts) -> bool:
     """Whether all drops are alike, so that cross-sections need computing once per pixel."""
     optics = parts.optics
     smallest, largest = parts.volume.radius_range_um
@@ -185,7 +187,7 @@ def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
     return edges
 
 
-def spectral_rows(parts: _Parts, *, components: bool) -> Float32:
+def spectral_rows(parts: Parts, *, components: bool) -> Float32:
     """Lay out the per-wavelength numbers as the shader reads them.
 
     Args:
@@ -283,7 +285,7 @@ class SpectralPass:
         texture.repeat_x = texture.repeat_y = False
         return texture
 
-    def _upload(self, parts: _Parts, defines: Mapping[str, Define]) -> None:
+    def _upload(self, parts: Parts, defines: Mapping[str, Define]) -> None:
         optics, volume = parts.optics, parts.volume
         rows = spectral_rows(parts, components=bool(defines["POLARIZER"]))
         self._textures["spectral"] = self._texture(rows, 4, linear=False)
@@ -311,7 +313,7 @@ class SpectralPass:
         if defines["POLE"]:
             self._textures["airyPoleTable"] = self._texture(table.pole, 2, linear=True)
 
-    def _upload_sections(self, parts: _Parts, sections: Sections, *, components: bool) -> None:
+    def _upload_sections(self, parts: Parts, sections: Sections, *, components: bool) -> None:
         optics, volume = parts.optics, parts.volume
         count = len(optics.wavelength_nm)
         radii = volume.radius_range_um
@@ -359,8 +361,8 @@ class SpectralPass:
         first = float(np.log(radii.radius_m[0]))
         self._set(f"{name}Radii", (first, radii.per_fold, table.scale))
 
-    def _upload_depths(self, parts: _Parts, rain: RainExtinction) -> None:
-        lights = (*parts.optics.suns, *parts.optics.lamps)
+    def _upload_depths(self, parts: Parts, rain: RainExtinction) -> None:
+        lights: tuple[Sun | Lamp, ...] = (*parts.optics.suns, *parts.optics.lamps)
         blocks = [mean_extinction_towards(light, parts.volume, rain.field) for light in lights]
         stacked = np.concatenate(blocks)[..., None]
         if len(stacked) > self._gl.limits.texture_3d:
@@ -390,7 +392,7 @@ class SpectralPass:
         if values:
             self._set(name, values if len(values) > 1 else values[0])
 
-    def _set_scene(self, parts: _Parts) -> None:
+    def _set_scene(self, parts: Parts) -> None:
         optics, volume = parts.optics, parts.volume
         camera, steps = self._scene.camera, self._scene.render.steps
         eye = np.array(camera.position_m)

@@ -6,18 +6,18 @@ import io
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from rtbow.airy import bows
 from rtbow.arrays import Array, Progress, no_progress
 from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
 from rtbow.image import write_exr_channels
-from rtbow.table import airy_table
-from rtbow.water import relative_index
+from rtbow.mie_axes import DEFAULT_SPREAD
+from rtbow.sections import Theory, water_sections
 
 ORDERS = (1, 2)
 TEMPERATURE_C = 20.0
@@ -57,64 +57,86 @@ def _digits(number: float) -> str:
     return np.format_float_positional(number, trim="-")
 
 
-def plain_table(
-    radius_um: Sequence[float],
-    wavelength_nm: Sequence[float],
-    angles: int,
-    disc_deg: float,
-    progress: Progress = no_progress,
-) -> dict[str, Array]:
-    """Evaluate the scattering table on a plain grid.
+@dataclass(frozen=True)
+class PlainTable:
+    """What a plain table is to hold.
 
-    Args:
+    Attributes:
+        theory: ``airy`` or ``mie``.
         radius_um: drop radii (R,).
         wavelength_nm: wavelengths in air (W,).
         angles: number T of scattering angles, evenly from 0 to pi.
         disc_deg: angular diameter of the light's disc.
+        spread: standard deviation of ln(radius) about each radius (mie).
+    """
+
+    theory: Theory
+    radius_um: Sequence[float]
+    wavelength_nm: Sequence[float]
+    angles: int
+    disc_deg: float
+    spread: float = DEFAULT_SPREAD
+
+    def check(self) -> tuple[Array, Array, float]:
+        """Give radii (µm), wavelengths (nm) and the disc's angular radius (rad).
+
+        Raises:
+            InputError: a value outside of its range.
+        """
+        radii = _check("--radius-um", self.radius_um, MIN_RADIUS_UM, MAX_RADIUS_UM)
+        # IAPWS R9-97 holds beyond the visible, too; tables of exact theory do not.
+        low, high = VISIBLE_NM if self.theory == "mie" else (200.0, 1100.0)
+        nm = _check("--wavelength-nm", self.wavelength_nm, low, high)
+        _check("--spread", [100.0 * self.spread], 1.0, 20.0)
+        disc_deg = float(_check("--disc", [self.disc_deg], 0.0, MAX_DISC_DEG)[0])
+        shape = (len(radii), len(nm), self.angles)
+        if math.prod(shape) > MAX_VALUES:
+            counts = " x ".join(map(str, shape))
+            raise InputError(
+                f"{counts} radii, wavelengths and angles are {math.prod(shape):.2g} values; must be"
+                f" at most {MAX_VALUES:.2g}; give fewer of them"
+            )
+        return radii, nm, math.radians(0.5 * disc_deg)
+
+
+def plain_table(
+    wanted: PlainTable, progress: Progress = no_progress, building: Progress = no_progress
+) -> dict[str, Array]:
+    """Evaluate the scattering table on a plain grid.
+
+    Args:
+        wanted: its content.
         progress: wraps the loop over radii.
+        building: wraps the loop over parts of an exact table that has to be built first.
 
     Returns:
         ``radius_um`` (R,), ``wavelength_nm`` (W,), ``theta_rad`` (T,), and ``perpendicular``,
-        ``parallel`` float32 (R, W, T): |S1|²/k² and |S2|²/k² in m² sr⁻¹ of the primary and the
-        secondary bow together, water at 20 °C in air.
+        ``parallel`` float32 (R, W, T): |S1|²/k² and |S2|²/k² in m² sr⁻¹, water at 20 °C in air; of
+        the primary and the secondary bow together (airy), or of all that a sphere does (mie).
 
     Raises:
         InputError: a value outside of its range.
     """
-    radii = _check("--radius-um", radius_um, MIN_RADIUS_UM, MAX_RADIUS_UM)
-    # IAPWS R9-97 holds beyond the visible, too.
-    nm = _check("--wavelength-nm", wavelength_nm, 200.0, 1100.0)
-    disc_rad = math.radians(0.5 * float(_check("--disc", [disc_deg], 0.0, MAX_DISC_DEG)[0]))
-    shape = (len(radii), len(nm), angles)
-    if math.prod(shape) > MAX_VALUES:
-        counts = " x ".join(map(str, shape))
-        raise InputError(
-            f"{counts} radii, wavelengths and angles are {math.prod(shape):.2g} values; must be at"
-            f" most {MAX_VALUES:.2g}; give fewer of them"
-        )
-    theta = np.linspace(0.0, math.pi, angles)
-    table = airy_table()
-    the_bows = bows(ORDERS, nm * 1e-9, relative_index(nm, TEMPERATURE_C))
+    radii, nm, disc_rad = wanted.check()
+    theta = np.linspace(0.0, math.pi, wanted.angles)
+    sections = water_sections(
+        wanted.theory, nm, TEMPERATURE_C, (radii[0], radii[-1]), orders=ORDERS,
+        spread=wanted.spread, progress=building,
+    )  # fmt: skip
+    shape = (len(radii), len(nm), len(theta))
     components = {"perpendicular": np.empty(shape, "f4"), "parallel": np.empty(shape, "f4")}
     for r in progress(range(len(radii))):
-        radius_m = radii[r : r + 1] * 1e-6
-        ones = np.ones_like(nm)
-        # Both components share the bow's shape and differ in its strength alone.
-        shapes = [table.cross_section(b, ones, radius_m, theta, disc_rad)[0] for b in the_bows]
-        for name, component in components.items():
-            component[r] = sum(
-                getattr(b, name)[:, None] * s for b, s in zip(the_bows, shapes, strict=True)
-            )
+        both = sections.sections(radii[r : r + 1] * 1e-6, theta, disc_rad)[0]
+        for c, component in enumerate(components.values()):
+            component[r] = both[..., c]
     return {"radius_um": radii, "wavelength_nm": nm, "theta_rad": theta, **components}
 
 
 def export_table(
     path: Path,
-    radius_um: Sequence[float],
-    wavelength_nm: Sequence[float],
-    angles: int,
-    disc_deg: float,
+    wanted: PlainTable,
     progress: Progress = no_progress,
+    building: Progress = no_progress,
 ) -> None:
     """Write the plain table, whole or not at all (see :func:`plain_table` for the arguments).
 
@@ -124,7 +146,7 @@ def export_table(
     Raises:
         InputError: a value outside of its range, or the file cannot be written.
     """
-    table = plain_table(radius_um, wavelength_nm, angles, disc_deg, progress)
+    table = plain_table(wanted, progress, building)
     if path.suffix.lower() == ".npz":
         buffer = io.BytesIO()
         np.savez(buffer, **table)  # type: ignore[arg-type]
@@ -138,6 +160,8 @@ def export_table(
     metadata = {
         "content": "columns: scattering angle 0 to pi, evenly; rows: radius; values: m2 sr-1",
         "radius_um": ",".join(map(_digits, table["radius_um"])),
-        "discDeg": _digits(disc_deg),
+        "discDeg": _digits(wanted.disc_deg),
+        "theory": wanted.theory,
+        "sizeSpread": _digits(wanted.spread) if wanted.theory == "mie" else "",
     }
     write_exr_channels(path, channels, metadata)

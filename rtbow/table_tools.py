@@ -9,8 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared, bow
-from rtbow.arrays import Array
+from rtbow.arrays import Array, Progress, no_progress
+from rtbow.constants import MAX_RADIUS_UM
 from rtbow.disc import disc_mean
+from rtbow.errors import InputError
+from rtbow.mie_build import build_mie_table
+from rtbow.mie_table import TABLE_RADII_UM, standard_axes
 from rtbow.table import AiryTable, airy_table, build_airy_table, near_z_high
 from rtbow.water import relative_index
 
@@ -43,6 +47,35 @@ def describe_build() -> str:
     loaded = time.perf_counter() - begun
     size = sum(a.nbytes for a in (table.near, table.fringe, table.pole))
     return f"airy: built in {built:.2f} s, ready in {loaded:.3f} s, {size / 1024:.0f} KiB"
+
+
+def describe_mie_build(
+    spread_percent: float,
+    max_radius_um: float,
+    progress: Progress = no_progress,
+    workers: int | None = None,
+    scheduler: str | None = None,
+) -> str:
+    """Build a table of exact theory, and say how long it took (see :func:`build_mie_table`).
+
+    Raises:
+        InputError: a spread or radius out of range.
+    """
+    if not 1.0 <= spread_percent <= 20.0:  # NaN too
+        raise InputError(f"--spread: {spread_percent:g} is not allowed; must be 1..20 percent")
+    low = TABLE_RADII_UM[0]
+    if not 10.0 <= max_radius_um <= MAX_RADIUS_UM:
+        raise InputError(
+            f"--max-radius-um: {max_radius_um:g} is not allowed; must be 10..{MAX_RADIUS_UM:g}"
+        )
+    begun = time.perf_counter()
+    axes = standard_axes(spread_percent / 100.0)
+    table = build_mie_table(axes, (low, max_radius_um), progress, workers, scheduler)
+    took = time.perf_counter() - begun
+    return (
+        f"mie: {low:g}-{max_radius_um:g} um, spread {spread_percent:g} %, ready in {took:.1f} s,"
+        f" {'x'.join(map(str, table.values.shape))} values, {table.values.nbytes / 2**20:.0f} MiB"
+    )
 
 
 def direct_cross_section(the_bow: Bow, radius_m: float, theta_rad: float, disc_rad: float) -> float:

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import kstest, norm
 
-from rtbow.drops import draw_drops, marshall_palmer, marshall_palmer_slope
+from rtbow.drops import draw_drops
 from rtbow.scene import (
     ConstantRadius,
     Density,
@@ -13,6 +13,7 @@ from rtbow.scene import (
     NormalRadius,
     UniformRadius,
 )
+from rtbow.sizes import marshall_palmer, marshall_palmer_slope
 
 DROPS = Density(number_per_m3=1000.0)
 RAIN = Density(rain_rate_mm_h=5.0)

@@ -241,9 +241,11 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         (
             "droplets.radius",
             "distribution",
-            'one of "constant", "uniform", "normal", "marshall-palmer"',
+            'one of "constant", "uniform", "normal", "lognormal", "gamma", "modified-gamma",'
+            ' "marshall-palmer"',
         ),
-        ("scattering", "theory", '"airy"'),
+        ("scattering", "theory", 'one of "airy", "mie"'),
+        ("droplets.radius", "mixing", 'one of "per-point", "local"'),
         ("scattering", "orders", "a list of one or more whole numbers, each 1..2"),
         ("atmosphere", "rayleigh", "true or false"),
     ],
@@ -312,9 +314,14 @@ def test_the_readmes_examples_work():
     text = README.read_text(encoding="utf-8")
     example, *additions = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     scene_from_text(example)
-    assert len(additions) == 2
+    assert len(additions) == 3
     for addition in additions:
-        scene_from_text(example + addition)
+        table = addition.splitlines()[0]
+        if table in example.splitlines():  # instead of the example's own
+            before, _, after = example.partition(f"{table}\n")
+            scene_from_text(before + after[after.index("\n[") :] + addition)
+        else:
+            scene_from_text(example + addition)
     commands = re.search(r"```sh\n(.*?)```", text, re.DOTALL)[1].replace("\\\n", " ")
     for command in commands.splitlines():
         changes = dict(parse_set(arg) for arg in re.findall(r"--set (\S+)", command))

@@ -52,13 +52,15 @@ from rtbow.scene_file import scene_from_text
             'distribution = "constant"',
             'distribution = "konstant"',
             'droplets.radius.distribution = "konstant"; '
-            'must be one of "constant", "uniform", "normal", "marshall-palmer"',
+            'must be one of "constant", "uniform", "normal", "lognormal", "gamma", '
+            '"modified-gamma", "marshall-palmer"',
         ),
         (
             'distribution = "constant"',
             "",
             "droplets.radius.distribution is missing; "
-            'must be one of "constant", "uniform", "normal", "marshall-palmer"',
+            'must be one of "constant", "uniform", "normal", "lognormal", "gamma", '
+            '"modified-gamma", "marshall-palmer"',
         ),
         ("[[light]]", "[[lights]]", "unknown key lights; did you mean light?"),
         (
@@ -159,9 +161,13 @@ from rtbow.scene_file import scene_from_text
         ),
         (
             "[droplets.radius]",
-            "extinction = true\n[droplets.radius]",
-            "droplets.extinction = true; the rain's own attenuation is not available in this "
-            "version; must be false",
+            "extinction = 1\n[droplets.radius]",
+            "droplets.extinction = 1; must be true or false",
+        ),
+        (
+            "[droplets.radius]",
+            "extinction_efficiency = -1\n[droplets.radius]",
+            "droplets.extinction_efficiency = -1; must be 0..5",
         ),
         (
             "number_per_m3 = 1000.0",
@@ -187,14 +193,13 @@ from rtbow.scene_file import scene_from_text
         ),
         (
             "[camera]",
-            '[scattering]\ntheory = "mie"\n[camera]',
-            'scattering.theory = "mie"; Lorenz-Mie theory is not available in this version; '
-            'must be "airy"',
+            "[scattering]\nsize_spread = 2\n[camera]",
+            "scattering.size_spread = 2; must be 0.01..0.2",
         ),
         (
             "[camera]",
             '[scattering]\ntheory = "ariy"\n[camera]',
-            'scattering.theory = "ariy"; must be "airy"',
+            'scattering.theory = "ariy"; must be one of "airy", "mie"',
         ),
         (
             "[camera]",

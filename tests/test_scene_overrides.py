@@ -150,7 +150,8 @@ def test_a_new_volume_file_replaces_the_description(tmp_path):
             {"droplets.radius.distribution": "unform"},
             [
                 '--set droplets.radius.distribution = "unform"; '
-                'must be one of "constant", "uniform", "normal", "marshall-palmer"'
+                'must be one of "constant", "uniform", "normal", "lognormal", "gamma", '
+                '"modified-gamma", "marshall-palmer"'
             ],
         ),
         (

@@ -1,28 +1,37 @@
 """Print the project's measured numbers: check values, table, frames against the reference, times.
 
     python tools/accuracy.py [physics] [table] [frames] [figures] [volume] [startup]
+    python tools/accuracy.py budget [--stage NAME]... [-o FILE]
 
-Without arguments, all but the figures. Times depend on the machine and are never part of a test.
+Without arguments, all but the figures and the budget. Times depend on the machine and are never
+part of a test. ``budget`` measures each source of error alone and writes docs/accuracy.md; with
+``--stage`` it prints those stages and writes only where told.
 """
 
 from __future__ import annotations
 
+import argparse
 import resource
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from budget import STAGES
+from budget.frames import facts
 
 import rtbow
 from rtbow.airy import airy_squared, bow
 from rtbow.arrays import Array, floats
 from rtbow.atmosphere import rayleigh_depth, sun_column
 from rtbow.colour import luminance
+from rtbow.error_budget import document, run_stage
 from rtbow.figures import PREFIX, figure_names
+from rtbow.files import write_atomic
 from rtbow.scene import Scene
 from rtbow.table_tools import describe_table
 from rtbow.volume import DropletVolume, save_volume
@@ -174,6 +183,28 @@ def timed(command: list[str]) -> float:
     return time.perf_counter() - begun
 
 
+def budget(stages: list[str], output: Path | None) -> int:
+    """Measure the error budget; give the number of stages that failed.
+
+    Args:
+        stages: names of the stages to measure; all if there is none.
+        output: where the document goes; left out: docs/accuracy.md for a whole budget.
+    """
+    chosen = {name: STAGES[name] for name in stages or STAGES}
+    outcomes = []
+    for name, stage in chosen.items():
+        print(f"== {name}: {stage.title}", flush=True)
+        begun = time.perf_counter()
+        outcomes.append(run_stage(name, stage, partial(print, flush=True)))
+        print(f"  {time.perf_counter() - begun:.0f} s", flush=True)
+    if output is None and not stages:
+        output = Path(__file__).resolve().parents[1] / "docs" / "accuracy.md"
+    if output is not None:
+        write_atomic(output, document(outcomes, facts()).encode())
+        print(f"wrote {output}")
+    return sum(outcome.failure is not None for outcome in outcomes)
+
+
 SECTIONS: dict[str, Callable[[], None]] = {
     "physics": physics,
     "table": table,
@@ -183,9 +214,31 @@ SECTIONS: dict[str, Callable[[], None]] = {
     "startup": startup,
 }
 
-if __name__ == "__main__":
-    for section in sys.argv[1:] or [name for name in SECTIONS if name != "figures"]:
-        if section not in SECTIONS:
-            sys.exit(f"{section}: no such section; must be one of {', '.join(SECTIONS)}")
+
+def main() -> int:
+    """Read the command line and print what it asks for; give the exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    names = [*SECTIONS, "budget"]
+    parser.add_argument("section", nargs="*", help=f"one of {', '.join(names)}")
+    parser.add_argument("--stage", action="append", default=[], choices=list(STAGES))
+    parser.add_argument("-o", "--output", type=Path, help="where the budget's document goes")
+    given = parser.parse_args()
+    for section in given.section:
+        if section not in names:
+            parser.error(f"{section}: no such section; must be one of {', '.join(names)}")
+    if (given.stage or given.output) and given.section != ["budget"]:
+        parser.error("--stage and --output go with the section budget")
+    failed = 0
+    for section in given.section or [name for name in SECTIONS if name != "figures"]:
+        if section == "budget":
+            failed += budget(given.stage, given.output)
+            continue
         print(f"== {section}")
         SECTIONS[section]()
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
