@@ -11,13 +11,15 @@ from rtbow.scene import Camera
 def direction(azimuth_deg: float, altitude_deg: float) -> Array:
     """Give the unit vector (3,) east, north, up towards an azimuth and altitude."""
     azimuth, altitude = np.radians(azimuth_deg), np.radians(altitude_deg)
-    return np.array(
+    towards = np.array(
         [
             np.sin(azimuth) * np.cos(altitude),
             np.cos(azimuth) * np.cos(altitude),
             np.sin(altitude),
         ]
     )
+    # The sine of 180 degrees is 1e-16 in float64: south is south, and along a box's face.
+    return np.where(np.abs(towards) < 1e-15, 0.0, towards)
 
 
 def camera_basis(camera: Camera) -> Array:

@@ -5,10 +5,10 @@ scattering plane, |S|²/k² the differential cross-section of that component. Th
 x = 2 pi a / lambda, m the index of water relative to air, real: what water absorbs in the visible
 is 1e-4 of the light in a drop of 5 mm at most wavelengths and 1 % at 780 nm.
 
-Debye's series (Debye 1908; Hovenac and Lock, J. Opt. Soc. Am. A 9, 781, 1992) writes each
-partial wave as what is reflected and diffracted (p = 0), transmitted (p = 1), and leaves after
-p - 1 internal reflections. Its sum is Lorenz-Mie's; its use is that the ripple between orders, which any spread of
-sizes blurs, is left out exactly by adding the orders' intensities.
+Debye's series (Debye 1908; Hovenac and Lock, J. Opt. Soc. Am. A 9, 781, 1992) writes each partial
+wave as what is reflected and diffracted (p = 0), transmitted (p = 1), and leaves after p - 1
+internal reflections. Its sum is Lorenz-Mie's; its use is that the ripple between orders, which any
+spread of sizes blurs, is left out exactly by adding the orders' intensities.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def _cluster(todo: list[Part], scheduler: str) -> Results:
             "a Dask cluster needs the package distributed; install it: pip install 'rtbow[cluster]'"
         ) from None
     try:
-        client = Client(scheduler, timeout="5s")
+        client = Client(scheduler, timeout="5s")  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TimeoutError) as error:
         raise UnavailableError(
             f"--scheduler {scheduler}: no Dask scheduler answers there ({error}); start one with"
@@ -124,7 +124,9 @@ def _cluster(todo: list[Part], scheduler: str) -> Results:
     with client:
         # Workers die as their machines do: a part is not at fault until many were lost with it.
         running = {client.submit(compute_part, part, pure=False, retries=3): part for part in todo}
-        for future, result in futures_completed(list(running), with_results=True):
+        for future, result in futures_completed(  # type: ignore[no-untyped-call]
+            list(running), with_results=True
+        ):
             yield running[future], result
 
 

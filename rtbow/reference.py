@@ -45,7 +45,7 @@ _RAIN_DEPTH = 0.25
 _LAMP_RAIN_DEPTH = 0.05
 """The same of a piece at a lamp, over which the attenuation is taken as that of its middle."""
 _RAIN_PIECES = 64.0
-"""Pieces along the box's diagonal in rain that attenuates, at least: ways to lights have kinks."""
+"""Pieces of a ray in rain that attenuates, at least: ways to lights have kinks."""
 _LAMP_PIECE_RAD = 0.01
 """Largest angle of a piece at a lamp. Drops and air vary over it by midpoint rule; the
 cross-section's integral over it is exact."""
@@ -76,33 +76,30 @@ class _Setup:
         count = len(self.optics.wavelength_nm)
         return np.zeros(count) if self.rain is None else self.rain.ratio
 
-    @property
-    def longest(self) -> float:
-        """Longest piece of a ray, m."""
+    def longest(self, span_m: Array) -> Array:
+        """Longest piece of rays that are inside the box over some lengths (n,), m."""
         # Without attenuation and without a grid the integrand is constant along the ray.
-        longest = _AIR_CELL_M if self.optics.has_air else np.inf
-        if self.rain is not None and self.rain.greatest > 0.0:
-            diagonal = float(np.linalg.norm(self.volume.box_m[1] - self.volume.box_m[0]))
-            longest = min(longest, diagonal / _RAIN_PIECES)
+        longest = np.full(len(span_m), _AIR_CELL_M if self.optics.has_air else np.inf)
+        if self.rain is not None:
+            longest = np.minimum(longest, np.maximum(span_m, 1e-9) / _RAIN_PIECES)
         return longest
 
     @property
-    def shadow_edges(self) -> Array:
-        """Heights down to which suns below the horizon shine, m."""
-        below = [sun.altitude_rad for sun in self.optics.suns if sun.altitude_rad < 0.0]
-        down = np.array(below if self.optics.has_air else [])
-        return floats(EARTH_RADIUS_M * (1.0 / np.cos(down) - 1.0))
-
-    @property
     def extinction(self) -> Array:
-        """The rain's extinction as the kernels take it, zero where it does not attenuate."""
-        if self.rain is None:
-            return np.zeros((1, 1, 1, 2))
-        return with_second(self.rain.field)
+        """The rain's extinction as the kernels take it (nz, ny, nx, 2); none if it has none."""
+        return with_second(np.zeros((1, 1, 1)) if self.rain is None else self.rain.field)
 
     def thickest(self, depth: float) -> float:
-        """Largest optical depth of a piece of a ray, infinite where rain does not attenuate."""
-        return depth if self.rain is not None and self.rain.greatest > 0.0 else np.inf
+        """``depth`` where rain attenuates: no piece is to be thicker."""
+        return np.inf if self.rain is None else depth
+
+    @property
+    def shadow_edges(self) -> Array:
+        """Heights at which a ray leaves the Earth's shadow of each sun below the horizon, m."""
+        below = [sun.altitude_rad for sun in self.optics.suns if sun.altitude_rad < 0.0]
+        if not self.optics.has_air or not below:
+            return np.zeros(0)
+        return floats([EARTH_RADIUS_M * (1.0 / np.cos(altitude) - 1.0) for altitude in below])
 
     def row_place(self, radius_m: Array) -> Array:
         """Places of radii along the rows."""
@@ -170,7 +167,8 @@ def _sample(setup: _Setup, rays: Array) -> _Samples:
     origin, box = setup.origin, setup.volume.box_m
     entry, leave = box_span(origin, rays, box)
     start, distance, weight, radius = sample_rays(
-        origin, rays, entry, leave, box, setup.moments, setup.longest, _gauss_rules(),
+        origin, rays, entry, leave, box, setup.moments, setup.longest(leave - entry),
+        _gauss_rules(),
         setup.shadow_edges, setup.extinction, setup.thickest(_RAIN_DEPTH),
     )  # fmt: skip
     each = np.repeat(rays, np.diff(start), axis=0)
@@ -291,7 +289,7 @@ def _lamp_xyz(setup: _Setup, rays: Array) -> Array:
     xyz = np.zeros((len(rays), 3))
     for lamp, colour in zip(optics.lamps, optics.lamp_weights, strict=True):
         start, pieces = lamp_pieces(
-            origin, rays, entry, leave, box, setup.moments, setup.longest,
+            origin, rays, entry, leave, box, setup.moments, setup.longest(leave - entry),
             lamp.position_m, lamp.radius_m, _LAMP_PIECE_RAD, NEAREST_M,
             setup.extinction, setup.thickest(_LAMP_RAIN_DEPTH),
         )  # fmt: skip

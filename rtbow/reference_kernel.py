@@ -204,7 +204,7 @@ def sample_rays(
     leave: Array,
     box: Array,
     moments: Array,
-    longest: float,
+    longest: Array,
     rules: Array,
     levels: Array | None = None,
     field: Array | None = None,
@@ -219,7 +219,7 @@ def sample_rays(
         leave: distance of exit (n,).
         box: corners (2, 3), m.
         moments: density and density · radius, (nz, ny, nx, 2).
-        longest: longest piece, m.
+        longest: longest piece of each ray (n,), m.
         rules: Gauss-Legendre nodes on -1..1 and weights (most, 2, most); rule n has n + 1 nodes.
         levels: heights at which light sets in, if any, m (k,).
         field: extinction of rain that attenuates (nz, ny, nx, 2), first channel, 1/m.
@@ -246,7 +246,7 @@ def _sample_rays(
     leave: Array,
     box: Array,
     moments: Array,
-    longest: float,
+    longest: Array,
     rules: Array,
     levels: Array,
     field: Array,
@@ -257,7 +257,9 @@ def _sample_rays(
     distance, weight, radius = [0.0], [0.0], [0.0]
     for pixel in range(len(rays)):
         if entry[pixel] < leave[pixel]:
-            cuts = cut_ray(origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest)
+            cuts = cut_ray(
+                origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest[pixel]
+            )
             if len(levels):
                 cuts = cut_at_levels(origin, rays[pixel], cuts, levels)
             if np.isfinite(thickest):

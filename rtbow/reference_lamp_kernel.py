@@ -80,7 +80,7 @@ def lamp_pieces(
     leave: Array,
     box: Array,
     moments: Array,
-    longest: float,
+    longest: Array,
     lamp: Array,
     lamp_radius: float,
     finest: float,
@@ -97,7 +97,7 @@ def lamp_pieces(
         leave: distance of exit (n,).
         box: corners (2, 3), m.
         moments: density and density · radius (nz, ny, nx, 2).
-        longest: longest piece, m.
+        longest: longest piece of each ray (n,), m.
         lamp: the lamp's centre (3,), m.
         lamp_radius: its radius, m; the part of a ray inside is left out.
         finest: largest angle of a piece at the lamp, rad.
@@ -120,7 +120,7 @@ def lamp_pieces(
         side = max(np.sqrt(np.sum((towards - foot * ray) ** 2)), nearest)
         chord = np.sqrt(max(lamp_radius**2 - side**2, 0.0))
         if entry[pixel] < leave[pixel]:
-            cuts = cut_ray(origin, ray, entry[pixel], leave[pixel], box, counts, longest)
+            cuts = cut_ray(origin, ray, entry[pixel], leave[pixel], box, counts, longest[pixel])
             if lamp_radius > 0.0:
                 cuts = _cut_by_distance(cuts, foot, max(side, lamp_radius))
             if np.isfinite(thickest):

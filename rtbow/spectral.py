@@ -24,7 +24,7 @@ from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import SectionTable, angle_axis, section_table
 from rtbow.sections import Sections
-from rtbow.steps import lamp_steps, most_steps, step_rates
+from rtbow.steps import LEAST_RAIN_SAMPLES, lamp_steps, most_steps, step_rates
 from rtbow.table import NEAR_S_FIXED, NEAR_Z_LOW, POLE_DISTANCE, airy_table, shader_constants
 from rtbow.volume import DropletVolume, build_volume
 
@@ -109,6 +109,7 @@ def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
         "XYZ_TO_RGB": _matrix_literal(XYZ_TO_RGB),
         "NEAREST_M": NEAREST_M,
         "MAX_STEPS": _MAX_STEPS,
+        "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
         "LAMP_DEPTH_SAMPLES": _LAMP_DEPTH_SAMPLES,
         "WAVELENGTH_COUNT": len(optics.wavelength_nm),
         **bows,

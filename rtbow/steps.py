@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER
-from rtbow.arrays import Array
+from rtbow.arrays import Array, Float32, floats
 from rtbow.atmosphere import sun_column
 from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.optics import Optics
@@ -21,8 +21,16 @@ SAMPLES_PER_LOG_RADIUS = 16.0
 """Further samples per cell and per unit of the logarithm of the radius between neighbours, whose
 fringes a ray crosses on its way. Radii drawn at each point, 0.3-0.7 mm: 1e-3; Marshall-Palmer:
 2e-3."""
+SAMPLES_PER_UNEVENNESS = 8.0
+"""Samples per cell where every other grid point is empty, in proportion below: a smooth volume has
+too little unevenness for this to count."""
+LEAST_SAMPLES = 6.0
+"""Samples across a grid, at least: where there are few cells their errors do not average out."""
 RAIN_SAMPLES = 48.0
 """Samples across a box whose rain attenuates, at least."""
+LEAST_RAIN_SAMPLES = 48
+"""Samples along the shortest way through a corner of the box, where ways to a light have kinks,
+too: within 2e-3 of the closed form there (24: 5e-3), for a sun that stands all but along a face."""
 RAIN_DEPTH = 0.5
 """Optical depth of the densest rain per sample. Within a sample the depth is taken as even, so that
 this bounds what changes of density within it do."""
@@ -40,10 +48,12 @@ class StepRates:
     Attributes:
         cells_per_metre: along east, north and up (3,); times |direction| per axis.
         air_per_metre: by the attenuation of air and rain.
+        rain_per_metre: by that of rain alone.
     """
 
     cells_per_metre: Array
     air_per_metre: float
+    rain_per_metre: float = 0.0
 
 
 def most_steps(rates: StepRates, volume: DropletVolume) -> int:
@@ -63,6 +73,8 @@ def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
     """Give the steps in angle for a lamp's light, even, for an unset ``render.steps``."""
     extent = volume.box_m[1] - volume.box_m[0]
     across = float(np.max(rates.cells_per_metre * extent))
+    # In fog what lies near the eye counts most, wherever the lamp.
+    across = max(across, rates.rain_per_metre * float(np.linalg.norm(extent)))
     return max(LAMP_STEPS, 2 * int(np.ceil(0.5 * across)))
 
 
@@ -71,13 +83,16 @@ def step_rates(volume: DropletVolume, optics: Optics, rain_per_m: float = 0.0) -
     points = np.array(volume.shape)
     extent = volume.box_m[1] - volume.box_m[0]
     samples = SAMPLES_PER_CELL + SAMPLES_PER_LOG_RADIUS * _roughness(volume)
-    cells = samples * (points - 1) / extent
+    uneven = floats(np.maximum(samples, SAMPLES_PER_UNEVENNESS * _unevenness(volume)))
+    cells = uneven * (points - 1) / extent
+    if not volume.uniform:
+        cells = np.maximum(cells, LEAST_SAMPLES / extent)
     if rain_per_m > 0.0:
         # The path towards a light has kinks where its way out of the box changes faces, which
         # the rain's depth shows: even rain needs steps, too.
         cells = np.maximum(cells, RAIN_SAMPLES / extent)
     rain = min(rain_per_m / RAIN_DEPTH, MOST_RAIN_SAMPLES / float(np.linalg.norm(extent)))
-    return StepRates(cells, max(_air_rate(volume, optics), rain))
+    return StepRates(cells, max(_air_rate(volume, optics), rain), rain)
 
 
 def _roughness(volume: DropletVolume) -> float:
@@ -87,9 +102,8 @@ def _roughness(volume: DropletVolume) -> float:
     """
     if volume.uniform or volume.radius_range_um[0] == volume.radius_range_um[1]:
         return 0.0
-    radius = np.maximum(volume.radius_um, np.float32(1e-3))
-    log_radius = np.log(radius)
-    light = np.sqrt(volume.number_per_m3 * radius ** np.float32(RADIUS_POWER))
+    log_radius = np.log(_radius_of_drops(volume))
+    light = np.sqrt(_light(volume))
     change, total = 0.0, 0.0
     for axis in range(3):
         ahead = (slice(None),) * axis + (slice(1, None),)
@@ -98,6 +112,36 @@ def _roughness(volume: DropletVolume) -> float:
         change += float(np.sum(weight * np.abs(log_radius[ahead] - log_radius[behind])))
         total += float(np.sum(weight))
     return change / total if total > 0.0 else 0.0
+
+
+def _radius_of_drops(volume: DropletVolume) -> Float32:
+    """Radii in µm, 1 where there are no drops: there a file may say anything."""
+    return np.where(volume.number_per_m3 > 0.0, volume.radius_um, np.float32(1.0))
+
+
+def _light(volume: DropletVolume) -> Float32:
+    """What the drops at each grid point scatter, in no particular unit."""
+    least, most = volume.radius_range_um
+    if least == most:
+        return volume.number_per_m3
+    power = np.float32(RADIUS_POWER)
+    return np.asarray(volume.number_per_m3 * _radius_of_drops(volume) ** power, dtype=np.float32)
+
+
+def _unevenness(volume: DropletVolume) -> Array:
+    """Second differences of the light along each axis (3,), over those that single points have.
+
+    0 where it varies linearly, 1 where every other grid point is empty.
+    """
+    light = _light(volume)
+    found = np.zeros(3)
+    for axis in range(3):
+        if light.shape[axis] > 2:
+            middle = np.moveaxis(light, axis, 0)
+            bend = np.abs(middle[2:] - 2.0 * middle[1:-1] + middle[:-2])
+            total = 4.0 * float(np.sum(middle, dtype=np.float64))
+            found[axis] = float(np.sum(bend, dtype=np.float64)) / total if total > 0.0 else 0.0
+    return found
 
 
 def _air_rate(volume: DropletVolume, optics: Optics) -> float:

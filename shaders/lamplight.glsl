@@ -1,6 +1,7 @@
 #include "definitions.glsl"
 #include "math.glsl"
 #include "phase.glsl"
+#include "rain.glsl"
 
 // A lamp near by, marched in the angle at the lamp: with D the distance of the lamp from the ray's
 // line, dt / d^2 = dtheta / D, so equal steps in angle bring equal light and the pole 1/d^2 is gone.
@@ -37,18 +38,17 @@ Stretch stretchBetween(LampRay lamp, Length from, Length to) {
     return Stretch(from, to, turn, max(light, 0.0));
 }
 
-// The place that lies a share of the stretch's angle behind its start: by the sine rule, without
-// the tangent of an angle near pi/2.
+// The place that lies a share of the stretch's angle behind its start. Turned from the nearer end:
+// no tangent of an angle near pi/2, and a place beside a lamp that the ray all but meets keeps its
+// digits, since no long distances are subtracted.
 Length placeAt(Stretch stretch, LampRay lamp, Number share) {
-    Number first = 1.0 - share;
-    Number second = share;
-    if (stretch.turn > 1.0e-3) {
-        first = sin(first * stretch.turn);
-        second = sin(second * stretch.turn);
-    }
-    first /= length(vec2(lamp.side, stretch.from));
-    second /= length(vec2(lamp.side, stretch.to));
-    return (first * stretch.from + second * stretch.to) / max(first + second, 1.0e-37);
+    bool fromStart = share <= 0.5;
+    Length end = fromStart ? stretch.from : -stretch.to;
+    Angle turn = (fromStart ? share : 1.0 - share) * stretch.turn;
+    Number sine = turn < 1.0e-3 ? turn : sin(turn);
+    Length place = lamp.side * (end * cos(turn) + lamp.side * sine)
+        / max(lamp.side * cos(turn) - end * sine, 1.0e-37);
+    return fromStart ? place : -place;
 }
 
 // Scattering angle there: light runs from the lamp to the drop, then along -ray to the eye.
@@ -109,7 +109,7 @@ ivec2 litBows(vec2 theta, Angle disc, Angle edge[BOW_COUNT]) {
 // One step's light over all wavelengths, per drop density and per integral of dt / d^2. `lit`: the
 // bows that are not dark.
 Tristimulus lampLight(sampler2D spectral, SECTION_PARAMETERS, int light, vec2 theta, Angle disc,
-                      Length radius, Column column, Number depth, ivec2 lit,
+                      Length radius, Column column, Number depth, Number rise, ivec2 lit,
                       Number perpendicular) {
     Tristimulus sum = vec3(0.0);
     vec2 terms = RADIUS_TERMS(radius);
@@ -126,11 +126,7 @@ Tristimulus lampLight(sampler2D spectral, SECTION_PARAMETERS, int light, vec2 th
         } while (++b <= lit.y);
 #endif
 #if ATTENUATION
-        Number exponent = weight.a * column;
-#if EXTINCTION
-        exponent += texelFetch(spectral, ivec2(w, RAIN_ROW), 0).r * depth;
-#endif
-        value *= exp(-exponent);
+        value *= attenuation(spectral, w, weight.a, column, depth, rise);
 #endif
         sum += value * weight.rgb;
     }

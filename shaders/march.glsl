@@ -5,5 +5,5 @@ int stepCount(Length span, Direction ray, vec3 cellsPerMetre, Number airPerMetre
     if (fixedSteps > 0) return fixedSteps;
     vec3 rate = abs(ray) * cellsPerMetre;
     Number most = max(max(rate.x, rate.y), max(rate.z, airPerMetre));
-    return int(clamp(ceil(span * most), 1.0, float(MAX_STEPS)));
+    return int(clamp(ceil(span * most), float(LEAST_STEPS), float(MAX_STEPS)));
 }

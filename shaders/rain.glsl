@@ -16,8 +16,34 @@ Number depthTowards(sampler3D towardsLights, vec3 place, int light, float lights
     return textureLod(towardsLights, at / size, 0.0).r * path;
 }
 
-// Length of the path from a place (relative to the corners) out of the box.
-Length pathOut(Position at, Direction towards, Position low, Position high) {
-    return max(boxSpan(towards, low - at, high - at).y, 0.0);
+// A corner of the box from a place along a ray: exactly 0 on the face where the ray enters. In dense
+// fog a rounding of the place by a tenth of a millimetre would be many optical depths.
+Position cornerFrom(Position corner, Direction ray, Length distance) {
+    Position from;
+    for (int axis = 0; axis < 3; ++axis) {
+        from[axis] = ray[axis] == 0.0 ? corner[axis] : (corner[axis] / ray[axis] - distance) * ray[axis];
+    }
+    return from;
+}
+
+// Length of the path out of the box from a place in it, given the corners from there.
+Length pathOut(Direction towards, Position low, Position high) {
+    // Rounding may put a place on a face a hair outside.
+    return boxSpan(towards, min(low, 0.0), max(high, 0.0)).y;
+}
+#endif
+
+#if ATTENUATION
+// What air and rain leave of a wavelength's light, as the mean over a step on which the rain's depth
+// grows from `depth` by `rise`. weight: depth of the air per column.
+Number attenuation(sampler2D spectral, int wavelength, Number weight, Column column, Number depth,
+                   Number rise) {
+#if EXTINCTION
+    // Small drops' extinction differs between wavelengths by up to a factor of two.
+    Number ratio = texelFetch(spectral, ivec2(wavelength, RAIN_ROW), 0).r;
+    return exp(-weight * column - ratio * depth) * meanDecay(ratio * rise);
+#else
+    return exp(-weight * column);
+#endif
 }
 #endif

@@ -113,10 +113,12 @@ Droplets dropletsAt(vec3 place) {
 }
 
 #if EXTINCTION
-// Optical depth of the rain from a place (relative to the eye) over a path towards a light.
-Number rainTowards(Position at, int light, Length path) {
+// Optical depth of the rain from a place along the ray towards a light, which is `most` away.
+Number rainTowards(Direction ray, Length distance, int light, Direction towards, Length most) {
+    Length path = min(pathOut(towards, cornerFrom(boxLow, ray, distance),
+                              cornerFrom(boxHigh, ray, distance)), most);
 #if GRID
-    return depthTowards(rainToLights, (at - boxLow) / (boxHigh - boxLow), light,
+    return depthTowards(rainToLights, (distance * ray - boxLow) / (boxHigh - boxLow), light,
                         float(SUN_COUNT + LAMP_COUNT), path);
 #else
     return uniformExtinction * path;
@@ -151,8 +153,8 @@ SunView viewSun(int s, Direction ray) {
 }
 
 #if EXTINCTION
-Number rainToSun(Position at, int s) {
-    return rainTowards(at, s, pathOut(at, sunDirection[s], boxLow, boxHigh));
+Number rainToSun(Direction ray, Length distance, int s) {
+    return rainTowards(ray, distance, s, sunDirection[s], 3.0e38);
 }
 #endif
 
@@ -188,7 +190,7 @@ Tristimulus sunlight(Direction ray, vec2 span) {
             toEye += stepLength * dropletsAt((at - boxLow) / (boxHigh - boxLow)).extinction;
         }
         for (int s = 0; s < SUN_COUNT; ++s) {
-            toSun[s] = rainToSun((span.x + float(first) * stepLength) * ray, s);
+            toSun[s] = rainToSun(ray, span.x + float(first) * stepLength, s);
         }
 #endif
         for (int i = first; i < last; ++i) {
@@ -212,21 +214,21 @@ Tristimulus sunlight(Direction ray, vec2 span) {
                     + segmentColumn(eyeHeight, ray.z, distance);
 #endif
                 Number depth = 0.0;
+                Number rise = 0.0;
                 Number reach = drops.density * stepLength;
 #if EXTINCTION
                 Number before = nearer + toSun[s];
-                toSun[s] = rainToSun((distance + 0.5 * stepLength) * ray, s);
+                toSun[s] = rainToSun(ray, distance + 0.5 * stepLength, s);
                 Number behind = toEye + toSun[s];
                 if (drops.density <= 0.0) continue;
-                // Wavelengths differ by percents: the mean over the step is one for all.
                 depth = min(before, behind);
-                reach *= meanDecay(abs(behind - before));
+                rise = abs(behind - before);
 #endif
 #if ONE_RADIUS
-                Tristimulus light = attenuatedLight(spectral, s, found[s], column, depth);
+                Tristimulus light = attenuatedLight(spectral, s, found[s], column, depth, rise);
 #else
                 Tristimulus light = scatteredLight(spectral, SUN_TEXTURES, s, suns[s], drops.radius,
-                                                   column, depth);
+                                                   column, depth, rise);
 #endif
                 sum += reach * light;
             }
@@ -235,7 +237,8 @@ Tristimulus sunlight(Direction ray, vec2 span) {
 #if ONE_RADIUS && !ATTENUATION
         for (int s = 0; s < SUN_COUNT; ++s) {
             if (isDark(suns[s])) continue;
-            sum += passed * scatteredLight(spectral, SUN_TEXTURES, s, suns[s], oneRadius, 0.0, 0.0);
+            sum += passed * scatteredLight(spectral, SUN_TEXTURES, s, suns[s], oneRadius, 0.0, 0.0,
+                                           0.0);
         }
 #endif
     }
@@ -244,6 +247,14 @@ Tristimulus sunlight(Direction ray, vec2 span) {
 #endif
 
 #if LAMP_COUNT
+#if EXTINCTION
+Number rainToLamp(Direction ray, Length distance, int light) {
+    Position towards = lampSphere[light].xyz - distance * ray;
+    Length away = max(length(towards), NEAREST_M);
+    return rainTowards(ray, distance, SUN_COUNT + light, towards / away, away);
+}
+#endif
+
 // Equation 2 by the midpoint rule in the angle at the lamp.
 Tristimulus lamplight(Direction ray, vec2 span, int light) {
     LampRay lamp = lampRay(lampSphere[light].xyz, ray, lampSphere[light].w);
@@ -278,6 +289,7 @@ Tristimulus lamplight(Direction ray, vec2 span, int light) {
         Droplets drops = dropletsAt((at - boxLow) / (boxHigh - boxLow));
         Number reach = drops.density * stretch.light * part;
         Number depth = 0.0;
+        Number rise = 0.0;
 #if EXTINCTION
         // Steps in angle may be long in distance: several samples on the way.
         Number nearer = toEye;
@@ -299,15 +311,15 @@ Tristimulus lamplight(Direction ray, vec2 span, int light) {
                           sqrt(max(distance * distance - lamp.radius * lamp.radius, 1.0e-12)));
         Column column = 0.0;
 #if AIR
-        Number rise = (at.z - lampSphere[light].z) / distance;
-        column = segmentColumn(eyeHeight + lampSphere[light].z, rise, distance)
+        Number slope = (at.z - lampSphere[light].z) / distance;
+        column = segmentColumn(eyeHeight + lampSphere[light].z, slope, distance)
             + segmentColumn(eyeHeight, ray.z, lamp.foot + place);
 #endif
 #if EXTINCTION
-        Position towards = lampSphere[light].xyz - at;
-        Length path = min(pathOut(at, towards / distance, boxLow, boxHigh), distance);
-        depth = min(nearer, toEye) + rainTowards(at, SUN_COUNT + light, path);
-        reach *= meanDecay(abs(toEye - nearer));
+        Number start = nearer + rainToLamp(ray, lamp.foot + ends.x, light);
+        Number end = toEye + rainToLamp(ray, far, light);
+        depth = min(start, end);
+        rise = abs(end - start);
 #endif
 #if TABLE
         ivec2 lit = ivec2(0);
@@ -316,7 +328,7 @@ Tristimulus lamplight(Direction ray, vec2 span, int light) {
         if (lit.x > lit.y) continue;
 #endif
         sum += reach * lampLight(spectral, LAMP_TEXTURES, light, theta, disc, drops.radius, column,
-                                 depth, lit, perpendicular);
+                                 depth, rise, lit, perpendicular);
     }
     return sum;
 }

@@ -1,6 +1,7 @@
 #include "definitions.glsl"
 #include "math.glsl"
 #include "phase.glsl"
+#include "rain.glsl"
 
 // Sunlight is parallel: the scattering angle is one along a ray (paper, section 5.2).
 
@@ -85,15 +86,11 @@ Sections crossSections(sampler2D spectral, SECTION_PARAMETERS, SunView sun, Leng
 
 // One sample's light over all wavelengths, per metre of ray and per drop density.
 Tristimulus attenuatedLight(sampler2D spectral, int light, Sections found, Column column,
-                            Number depth) {
+                            Number depth, Number rise) {
     Tristimulus sum = vec3(0.0);
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
         vec4 weight = texelFetch(spectral, ivec2(w, FIRST_LIGHT_ROW + light), 0);
-        Number exponent = weight.a * column;
-#if EXTINCTION
-        exponent += texelFetch(spectral, ivec2(w, RAIN_ROW), 0).r * depth;
-#endif
-        sum += found.at[w] * exp(-exponent) * weight.rgb;
+        sum += found.at[w] * attenuation(spectral, w, weight.a, column, depth, rise) * weight.rgb;
     }
     return sum;
 }
@@ -101,18 +98,14 @@ Tristimulus attenuatedLight(sampler2D spectral, int light, Sections found, Colum
 
 // One sample's light over all wavelengths, per metre of ray and per drop density.
 Tristimulus scatteredLight(sampler2D spectral, SECTION_PARAMETERS, int light, SunView sun,
-                           Length radius, Column column, Number depth) {
+                           Length radius, Column column, Number depth, Number rise) {
     vec2 terms = RADIUS_TERMS(radius);
     Tristimulus sum = vec3(0.0);
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
         vec4 weight = texelFetch(spectral, ivec2(w, FIRST_LIGHT_ROW + light), 0);
         Number value = crossSection(spectral, SECTION_ARGUMENTS, w, terms, sun);
 #if ATTENUATION
-        Number exponent = weight.a * column;
-#if EXTINCTION
-        exponent += texelFetch(spectral, ivec2(w, RAIN_ROW), 0).r * depth;
-#endif
-        value *= exp(-exponent);
+        value *= attenuation(spectral, w, weight.a, column, depth, rise);
 #endif
         sum += value * weight.rgb;
     }

@@ -945,7 +945,10 @@ def test_wavelengths_that_lie_close_keep_their_own_channels(call):
         (["t.npz", "--angles", "1"], "--angles"),
         (["t.npz", "--angles", "1000000"], "5.2e+09 values; must be at most 1e+08"),
         (["t.npz", "--theory", "ray"], "ray"),
-        (["t.npz", "--theory", "mie", "--spread", "0"], "--spread: 0 is not allowed; must be 1..20"),
+        (
+            ["t.npz", "--theory", "mie", "--spread", "0"],
+            "--spread: 0 is not allowed; must be 1..20",
+        ),
         (["t.npz", "--theory", "mie", "--spread", "nan"], "--spread: nan"),
         (["t.npz", "--theory", "mie", "--wavelength-nm", "300"], "300 is not allowed; must be 380"),
         (["out/t.npz"], "there is no folder out"),

@@ -6,6 +6,7 @@ finite before anything clamps it, its numbers zero or normal, and near the float
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -296,3 +297,91 @@ def raw_frame(contexts: Any, scene: Scene) -> np.ndarray:
 def errors_of(frame: np.ndarray, exact: np.ndarray, percentile: float) -> np.ndarray:
     level = float(np.percentile(exact @ LUMINANCE, percentile))
     return np.abs(frame.astype(np.float64) - exact).max(axis=2) / (level or 1.0)
+
+
+# --- Random scenes ----------------------------------------------------------------------------
+
+
+def between(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high)
+
+
+def decades(low: float, high: float) -> st.SearchStrategy[float]:
+    return between(math.log10(low), math.log10(high)).map(
+        lambda e: float(min(max(10.0**e, low), high))
+    )
+
+
+def places(reach: float, top: float) -> st.SearchStrategy[list[float]]:
+    return st.tuples(between(-reach, reach), between(-reach, reach), between(0.0, top)).map(list)
+
+
+A_SUN = st.fixed_dictionaries(
+    {
+        "type": st.just("sun"),
+        "altitude_deg": between(-3.0, 90.0),
+        "azimuth_deg": between(0.0, 360.0),
+        "angular_diameter_deg": st.sampled_from([0.0, 0.533, 5.0]),
+        "irradiance_w_m2": decades(1e-3, 1e6),
+    }
+)
+A_LAMP = st.fixed_dictionaries(
+    {
+        "type": st.just("point"),
+        "position_m": places(100.0, 50.0),
+        "luminous_flux_lm": decades(1.0, 1e6),
+        "diameter_m": st.sampled_from([0.0, 0.1]),
+    }
+)
+
+
+@st.composite
+def boxes(draw: st.DrawFn) -> list[list[float]]:
+    size = draw(decades(1.0, 10_000.0))
+    low = [draw(between(-size, size)) for _ in range(2)] + [draw(between(0.0, size))]
+    return [low, [at + draw(decades(0.01 * size, 2.0 * size)) for at in low]]
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    mie = draw(st.integers(0, 7)) == 0
+    droplets: dict[str, Any] = {
+        "box_m": draw(boxes()),
+        "density": {"number_per_m3": draw(decades(1e-3, 1e9))},
+    }
+    if mie:
+        # The one that the reference sums at a glance.
+        droplets["radius"] = {"distribution": "constant", "radius_um": 10.0}
+    elif draw(st.booleans()):
+        droplets["radius"] = {"distribution": "constant", "radius_um": draw(decades(1.0, 5000.0))}
+    else:
+        # Nearly alike: where fringes sweep many times across a pixel both methods only sample them.
+        low = draw(decades(1.0, 500.0))
+        ends = {"min_um": low, "max_um": low * draw(between(1.001, 1.03))}
+        droplets["radius"] = {"distribution": "uniform", **ends}
+        droplets["grid"] = [draw(st.integers(2, 6)) for _ in range(3)]
+    if draw(st.booleans()):
+        # A given efficiency: that of large drops would need a table of its own.
+        droplets |= {"extinction": True, "extinction_efficiency": draw(between(0.5, 2.0))}
+    corners = np.array(droplets["box_m"])
+    size = float(np.abs(corners).max())
+    eye = np.array(draw(places(size, size)))
+    # Towards some point of the box, so that most frames have drops in them.
+    share = np.array([draw(between(0.0, 1.0)) for _ in range(3)])
+    away = corners[0] + share * (corners[1] - corners[0]) - eye
+    camera = {
+        "position_m": eye.tolist(),
+        "azimuth_deg": math.degrees(math.atan2(away[0], away[1])),
+        "altitude_deg": math.degrees(math.atan2(away[2], math.hypot(away[0], away[1]))),
+        "fov_deg": draw(between(1.0, 150.0)),
+        "size_px": [8, 5],
+        "polarizer_deg": draw(st.none() | between(-360.0, 360.0)),
+    }
+    more: dict[str, Any] = {"scattering": {"theory": "mie" if mie else "airy"}}
+    if draw(st.booleans()):
+        more["atmosphere"] = AIR
+    lights = draw(st.lists(A_SUN | A_LAMP, min_size=1, max_size=3))
+    if mie:
+        # A lamp's disc is averaged as if flat, which a glory beside the lamp is not.
+        lights = [one | ({"diameter_m": 0.0} if one["type"] == "point" else {}) for one in lights]
+    return make(camera, lights, droplets, more)

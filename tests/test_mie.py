@@ -55,9 +55,7 @@ def exact_coefficients(n, x, m):
         found = []
         for factor in (slope / m + n / x, slope * m + n / x):
             found.append(
-                complex(
-                    (factor * psi(n, x) - psi(n - 1, x)) / (factor * xi(n, x) - xi(n - 1, x))
-                )
+                complex((factor * psi(n, x) - psi(n - 1, x)) / (factor * xi(n, x) - xi(n - 1, x)))
             )
         return found
 

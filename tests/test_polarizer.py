@@ -1,0 +1,123 @@
+"""A polarising filter before the lens, against Malus' law and exact theory."""
+
+import numpy as np
+import pytest
+
+import rtbow
+from rtbow.disc import disc_nodes
+from rtbow.mie import intensities
+from rtbow.scene import Scene
+from rtbow.spectrum import colour_weights, load_spectrum, wavelength_bins
+from rtbow.water import relative_index
+
+RADIUS_UM = 120.0
+STEP_NM = 40.0
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def make(polarizer_deg, theta_deg=139.5, tilt_deg=0.0, **changes):
+    """A few pixels about a scattering angle; ``tilt_deg`` turns the scattering plane.
+
+    The sun stands in the south at the horizon; the camera looks at the sky so that the line from
+    the antisolar point makes the angle ``tilt_deg`` with the vertical.
+    """
+    away = np.radians(180.0 - theta_deg)
+    tilt = np.radians(tilt_deg)
+    ray = np.array([np.sin(away) * np.sin(tilt), np.cos(away), np.sin(away) * np.cos(tilt)])
+    camera = {
+        "azimuth_deg": float(np.degrees(np.arctan2(ray[0], ray[1]))),
+        "altitude_deg": float(np.degrees(np.arcsin(ray[2]))),
+        "fov_deg": 0.3,
+        "size_px": [3, 3],
+    }
+    if polarizer_deg is not None:
+        camera["polarizer_deg"] = polarizer_deg
+    parts = {
+        "camera": camera,
+        "light": [{"altitude_deg": 0.0, "azimuth_deg": 180.0}],
+        "droplets": {
+            "box_m": [[-1e5, 1.0, -1e5], [1e5, 100.0, 1e5]],
+            "radius": {"distribution": "constant", "radius_um": RADIUS_UM},
+            "density": {"number_per_m3": 1000.0},
+        },
+        "scattering": {"theory": "mie"},
+        "render": {"wavelength_step_nm": STEP_NM},
+    }
+    return Scene.model_validate(parts | changes)
+
+
+def luminance(scene, method="spectral"):
+    with rtbow.Renderer(scene, "egl") as renderer:
+        return float(renderer.render(method).astype(np.float64)[1, 1] @ LUMINANCE)
+
+
+def exact_components(theta_deg):
+    """Luminance of both components per drop, summed over sizes and the disc at each wavelength."""
+    bins = wavelength_bins(STEP_NM)
+    weights = colour_weights(load_spectrum("E490"), bins)[:, 1]
+    index = relative_index(bins.wavelength_nm, 20.0)
+    theta, shares = disc_nodes(np.radians(theta_deg), np.radians(0.2665), 24)
+    total = np.zeros(2)
+    spread = np.linspace(-3.5, 3.5, 161)
+    share = np.exp(-0.5 * spread**2)
+    for nm, m, weight in zip(bins.wavelength_nm, index, weights, strict=True):
+        x = 2.0 * np.pi * RADIUS_UM * 1e3 / nm * np.exp(0.02 * spread)
+        # Whole amplitudes; ripple between orders is left to the mean over sizes and the disc.
+        means = [intensities(size, m, theta, False) @ shares / size**2 for size in x]
+        total += weight * (share @ np.array(means)) / share.sum()
+    return total
+
+
+@pytest.mark.parametrize("method", ["spectral", "reference"])
+def test_degree_of_polarisation_of_the_primary(method):
+    """Perpendicular to the vertical scattering plane is horizontal: 0 degrees."""
+    passed = [luminance(make(angle), method) for angle in (0.0, 90.0)]
+    perpendicular, parallel = exact_components(139.5)
+    found = (passed[0] - passed[1]) / (passed[0] + passed[1])
+    exact = (perpendicular - parallel) / (perpendicular + parallel)
+    assert exact > 0.7  # rainbows are strongly polarised
+    assert found == pytest.approx(exact, abs=0.01)
+
+
+@pytest.mark.parametrize("theory", ["airy", "mie"])
+def test_malus(theory):
+    whole = luminance(make(None, scattering={"theory": theory}))
+    at = {a: luminance(make(a, scattering={"theory": theory})) for a in (0.0, 30.0, 45.0, 90.0)}
+    # In the middle of the picture two crossed filters pass all there is between them.
+    assert at[0.0] + at[90.0] == pytest.approx(whole, rel=1e-5)
+    assert at[45.0] == pytest.approx(0.5 * whole, rel=1e-5)
+    expected = at[0.0] * np.cos(np.pi / 6) ** 2 + at[90.0] * np.sin(np.pi / 6) ** 2
+    assert at[30.0] == pytest.approx(expected, rel=1e-5)
+
+
+def test_the_filter_follows_the_bow_round():
+    """Left and right of the top the perpendicular field leans: it lies along the bow."""
+    # Seen to the upper right, 60 degrees from the top, the bow runs down to the right: the angle
+    # in the picture follows from the directions themselves.
+    scene = make(None, tilt_deg=60.0)
+    angles = np.arange(0.0, 180.0, 7.5)
+    passed = [luminance(make(float(a), tilt_deg=60.0)) for a in angles]
+    best = angles[int(np.argmax(passed))]
+    camera = scene.camera
+    a, h = np.radians(camera.azimuth_deg), np.radians(camera.altitude_deg)
+    ray = np.array([np.sin(a) * np.cos(h), np.cos(a) * np.cos(h), np.sin(h)])
+    right = np.array([np.cos(a), -np.sin(a), 0.0])
+    up = np.cross(right, ray)
+    across = np.cross(np.array([0.0, -1.0, 0.0]), ray)
+    expected = np.degrees(np.arctan2(across @ up, across @ right)) % 180.0
+    assert abs((best - expected + 90.0) % 180.0 - 90.0) < 4.0
+    # It leans to the right, and neither horizontal nor vertical passes most.
+    assert 100.0 < expected < 170.0
+
+
+def test_a_lamps_light_is_polarised_too():
+    lamp = {
+        "type": "point", "position_m": [0.0, -1000.0, 1.6], "luminous_flux_lm": 1e6,
+        "spectrum": "equal-energy", "diameter_m": 0.1,
+    }  # fmt: skip
+    for theory in ("airy", "mie"):
+        change = {"light": [lamp], "scattering": {"theory": theory}}
+        across, along = (luminance(make(a, **change)) for a in (0.0, 90.0))
+        whole = luminance(make(None, **change))
+        assert across > 3.0 * along
+        assert across + along == pytest.approx(whole, rel=1e-4)
