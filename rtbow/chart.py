@@ -356,7 +356,7 @@ def _figure(width: float, height: float) -> Any:
 def _caption(figure: Any, text: str) -> None:
     """Write what the chart assumes below it, and keep that room free."""
     width, height = figure.get_size_inches()
-    lines = textwrap.wrap(f"{text}. rtbow {__version__}", int(width * 15.5))
+    lines = textwrap.wrap(f"{text}. rtbow {__version__}", int(width * 18.0))
     room = (0.14 * len(lines) + 0.12) / height
     figure.get_layout_engine().set(rect=(0.0, room, 1.0, 1.0 - room))
     figure.text(

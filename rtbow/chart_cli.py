@@ -2,37 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from rtbow.cli_options import Numbers, progress_bar
+
 if TYPE_CHECKING:
-    from rtbow.arrays import Progress
     from rtbow.chart import Component, Normalise, Scale, Setup
 
-    _NumbersType = click.ParamType[tuple[float, ...]]
     _RasterType = click.ParamType[tuple[int, int]]
 else:  # generic since click 8.4 alone
-    _NumbersType = _RasterType = click.ParamType
+    _RasterType = click.ParamType
 
 _Verb = TypeVar("_Verb", bound=Callable[..., Any])
-
-
-class _Numbers(_NumbersType):
-    name = "A,B,..."
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
-        """Parse ``100,500``."""
-        if isinstance(value, tuple):
-            return value
-        try:
-            return tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not a list of numbers such as 100,500,1000", param)
 
 
 class _Raster(_RasterType):
@@ -49,19 +34,6 @@ class _Raster(_RasterType):
             self.fail(f"{value!r} is not a size; write radii and angles such as 300x400", param)
         # Ten digits tell enough; Python refuses to read thousands.
         return int(sides[0][:10]), int(sides[1][:10])
-
-
-def _progress(label: str, quiet: bool) -> Progress:
-    """Give a wrapper that shows a bar on a terminal and nothing in a pipe."""
-
-    def wrap(items: Iterable[int]) -> Iterable[int]:
-        from tqdm import tqdm
-
-        # disable=None: only where stderr is a terminal.
-        bar: Iterable[int] = tqdm(items, desc=label, leave=False, disable=True if quiet else None)
-        return bar
-
-    return wrap
 
 
 def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup:
@@ -129,14 +101,14 @@ def chart() -> None:
 @_shared("airy")
 @click.option(
     "--radius-um",
-    type=_Numbers(),
+    type=Numbers(),
     default=(500.0,),
     metavar="A,B,...",
     help="Drop radii, 1..5000; left out: 500.",
 )
 @click.option(
     "--wavelength-nm",
-    type=_Numbers(),
+    type=Numbers(),
     default=(550.0,),
     metavar="A,B,...",
     help="Wavelengths, 380..780; left out: 550.",
@@ -202,7 +174,12 @@ def chart_profile(
     angles = (PROFILE_FROM_DEG[scale] if from_deg is None else from_deg, to_deg)
     setup = _setup(theory, disc, spread, temperature)
     data = profiles(
-        setup, radius_um, wavelength_nm, angles, component, _progress("Mie table", quiet)
+        setup,
+        radius_um,
+        wavelength_nm,
+        angles,
+        component,
+        progress_bar("building the table", quiet, "part"),
     )
     draw_profiles(Path(output), data, scale, difference)
     if not quiet:
@@ -281,7 +258,7 @@ def chart_lee(
     check_writable(output, CHART_SUFFIXES)
     setup = _setup(theory, disc, spread, temperature)
     radii, angles = (radius_from, radius_to), (from_deg, to_deg)
-    data = lee_raster(setup, radii, angles, size, _progress("colours", quiet))
+    data = lee_raster(setup, radii, angles, size, progress_bar("colours", quiet, "step"))
     draw_lee(Path(output), data, normalise)
     if not quiet:
         click.echo(output)

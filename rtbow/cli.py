@@ -9,25 +9,24 @@ import errno
 import os
 import shlex
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from rtbow import __version__
+from rtbow.chart_cli import chart
+from rtbow.cli_options import Numbers, progress_bar
 from rtbow.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
-    from rtbow.arrays import Progress
     from rtbow.renderer import Method
     from rtbow.sections import Theory
 
     _SizeType = click.ParamType[tuple[int, int]]
     _ExposureType = click.ParamType[float | None]
-    _NumbersType = click.ParamType[tuple[float, ...]]
 else:  # generic since click 8.4 alone
-    _SizeType = _ExposureType = _NumbersType = click.ParamType
+    _SizeType = _ExposureType = click.ParamType
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 PIPE_CLOSED = 141  # 128 + SIGPIPE
@@ -94,44 +93,10 @@ class Exposure(_ExposureType):
         return exposure
 
 
-class Numbers(_NumbersType):
-    """Numbers with commas between them."""
-
-    name = "A,B,..."
-
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> tuple[float, ...]:
-        """Parse ``100,500``."""
-        if isinstance(value, tuple):
-            return value
-        try:
-            return tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not a list of numbers such as 100,500,1000", param)
-
-
 class WholeNumber(click.IntRange):
     """A whole number within a range."""
 
     name = "whole number"
-
-
-def _progress(label: str, quiet: bool, unit: str = "row") -> Progress:
-    """Give a wrapper that shows a bar on a terminal and nothing in a pipe."""
-
-    def wrap(items: Iterable[int]) -> Iterable[int]:
-        from tqdm import tqdm
-
-        # disable=None: only where stderr is a terminal.
-        hidden = True if quiet else None
-        bar: Iterable[int] = tqdm(items, desc=label, unit=unit, leave=False, disable=hidden)
-        return bar
-
-    return wrap
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -227,7 +192,9 @@ def render(
         )
     with Renderer(loaded, backend) as renderer:
         rgb = renderer.render(
-            method, _progress("rendering", quiet), _progress("building the table", quiet, "part")
+            method,
+            progress_bar("rendering", quiet),
+            progress_bar("building the table", quiet, "part"),
         )
         metadata = {
             "scene": loaded.source_text,
@@ -285,7 +252,7 @@ def figures(
         list(only),
         size or DEFAULT_SIZE,
         backend,
-        lambda name: _progress(name, quiet),
+        lambda name: progress_bar(name, quiet),
     )
     if not quiet:
         for verdict in verdicts:
@@ -318,6 +285,9 @@ def info() -> None:
     names = ("moderngl", "glfw", "numpy", "scipy", "numba", "colour-science", "OpenEXR")
     click.echo("packages: " + ", ".join(f"{name} {version(name)}" for name in names))
     click.echo(f"cache: {cache_dir()}, {cache_size() / 2**20:.1f} MiB")
+
+
+rtbow.add_command(chart)
 
 
 @rtbow.group()
@@ -379,7 +349,7 @@ def table_build(
         text = describe_build()
     else:
         text = describe_mie_build(
-            spread, max_radius_um, _progress("building", quiet, "part"), workers, scheduler
+            spread, max_radius_um, progress_bar("building", quiet, "part"), workers, scheduler
         )
     if not quiet:
         click.echo(text)
@@ -481,8 +451,8 @@ def table_export(
     export_table(
         Path(output),
         wanted,
-        _progress("exporting", quiet, "radius"),
-        _progress("building the table", quiet, "part"),
+        progress_bar("exporting", quiet, "radius"),
+        progress_bar("building the table", quiet, "part"),
     )
     if not quiet:
         click.echo(output)

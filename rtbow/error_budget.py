@@ -133,8 +133,8 @@ _HOW_TO_READ = (
     " is a pixel's largest difference of X, Y or Z over that white's luminance; where no frame is"
     " drawn, over what the row says. **L2** is the root of the summed squares of the difference of"
     " X, Y, Z over that of the reference. Medians and percentiles are over pixels with light.",
-    "A *strip* is a picture one pixel high: 901 rays down through a uniform layer of drops, all of"
-    " the same length, with scattering angles from 90° to 180° (the antisolar point) by 0.1°; no"
+    "A *strip* is a picture one pixel high: 451 rays down through a uniform layer of drops, all of"
+    " the same length, with scattering angles from 90° to 180° (the antisolar point) by 0.2°; no"
     " air, sun of 0.533°, unless a row says otherwise. There is no sky behind it, so that its dark"
     " parts count in full: in a landscape they would be veiled.",
 )

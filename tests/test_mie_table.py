@@ -178,7 +178,7 @@ def test_perpendicular_light_dominates_the_bow():
 
 
 def test_wavelengths_and_temperatures_beyond_the_table_are_refused():
-    with pytest.raises(InputError, match="refractive index of 1.416"):
+    with pytest.raises(InputError, match=r"refractive index of 1\.416"):
         water_sections("mie", np.array([205.0]), 20.0, (10.0, 10.0))
 
 

@@ -303,7 +303,7 @@ def test_samples_cover_the_ray():
     pixel_spans = [(200.0 / rays[0, 1], 1200.0 / rays[0, 1]), (300.0, 900.0), (5.0, 5.0)]
     entry, leave = np.array(pixel_spans).T
     start, distance, weight, radius = sample_rays(
-        EYE, rays, entry, leave, BOX, moments, np.inf, reference._gauss_rules()
+        EYE, rays, entry, leave, BOX, moments, np.full(3, np.inf), reference._gauss_rules()
     )
     assert start[0] == 0
     assert start[-1] == len(distance) == len(weight) == len(radius)

@@ -23,7 +23,7 @@ from rtbow.table import (
     near_z_high,
     shader_constants,
 )
-from rtbow.table_export import export_table, plain_table
+from rtbow.table_export import PlainTable, export_table, plain_table
 from rtbow.water import relative_index
 
 NO_DISC_DISTANCE = 1e9
@@ -333,7 +333,7 @@ EXPORT = ((20.0, 300.0), (450.0, 550.0, 650.0), 1801, 0.533)
 
 @pytest.fixture(scope="module")
 def plain():
-    return plain_table(*EXPORT)
+    return plain_table(PlainTable("airy", *EXPORT))
 
 
 class TestExport:
@@ -365,7 +365,7 @@ class TestExport:
 
     def test_primary_peak_is_of_the_published_size(self, plain):
         # Exact Mie theory at 100 µm; the two bows' tails and Airy's theory are within 2 %.
-        mean = plain_table((100.0,), (450.0, 550.0, 650.0), 18001, 0.0)
+        mean = plain_table(PlainTable("airy", (100.0,), (450.0, 550.0, 650.0), 18001, 0.0))
         unpolarised = 0.5 * (mean["perpendicular"] + mean["parallel"])
         np.testing.assert_allclose(
             unpolarised.max(axis=2)[0], [4.27e-9, 3.88e-9, 3.60e-9], rtol=0.02
@@ -373,7 +373,7 @@ class TestExport:
 
     def test_file_holds_the_arrays(self, plain, tmp_path):
         path = tmp_path / "table.npz"
-        export_table(path, *EXPORT)
+        export_table(path, PlainTable("airy", *EXPORT))
         with np.load(path) as data:
             assert set(data.files) == set(plain)
             for name, array in plain.items():
@@ -392,5 +392,5 @@ class TestExport:
     )
     def test_bad_axes_are_refused(self, tmp_path, radius, nm, disc, named):
         with pytest.raises(InputError, match=named):
-            export_table(tmp_path / "table.npz", radius, nm, 181, disc)
+            export_table(tmp_path / "table.npz", PlainTable("airy", radius, nm, 181, disc))
         assert not list(tmp_path.iterdir())

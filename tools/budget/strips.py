@@ -23,8 +23,8 @@ DISC_RAD = float(np.radians(0.5 * 0.533))
 
 
 def strip_angles() -> Array:
-    """Give the scattering angles of a strip's pixels (901,), rad."""
-    return floats(np.radians(np.linspace(90.0, 180.0, 901)))
+    """Give the scattering angles of a strip's pixels (451,), rad."""
+    return floats(np.radians(np.linspace(90.0, 180.0, 451)))
 
 
 def strip_scene(overrides: dict[str, Any]) -> Scene:
