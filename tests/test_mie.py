@@ -97,7 +97,7 @@ def test_scattered_light_is_what_extinction_takes():
 
 
 def test_debyes_orders_add_up_to_the_whole():
-    """All but the last set, against the coefficients less p = 0 to 3, by Fresnel's geometric sum."""
+    """The first sets, and by the geometric series that they begin, all of them."""
     x, m = 500.0, 1.34
     a, b = coefficients(x, m)
     split_a, split_b = debye_coefficients(x, m)
