@@ -7,6 +7,10 @@ import numpy as np
 from rtbow.arrays import Array, floats
 from rtbow.scene import Camera
 
+NO_PLANE = 1e-9
+"""Square of the angle from a light's own line within which the scattering plane is given up: what
+is left of it there is rounding."""
+
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Array:
     """Give the unit vector (3,) east, north, up towards an azimuth and altitude."""
@@ -111,5 +115,9 @@ def perpendicular_share(camera: Camera, towards_light: Array, rays: Array) -> Ar
     # A filter passes the field along its own direction, as far as that is across the ray.
     field = passing - (rays @ passing)[:, None] * rays
     normal = np.cross(towards_light, rays)
-    sizes = np.sum(normal**2, axis=1) * np.sum(field**2, axis=1)
-    return floats(np.sum(normal * field, axis=1) ** 2 / np.maximum(sizes, 1e-30))
+    passed = np.sum(field**2, axis=1)
+    whole = np.sum(normal**2, axis=1) * passed
+    # On the line through the light there is no plane, and the mean over all of them is one half.
+    blur = NO_PLANE * np.sum(towards_light**2) * passed
+    along = np.sum(normal * field, axis=1)
+    return floats(0.5 + (along**2 - 0.5 * whole) / np.maximum(whole + blur, 1e-30))

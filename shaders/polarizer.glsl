@@ -1,6 +1,8 @@
 #include "definitions.glsl"
 
 #if POLARIZER
+const Number NO_PLANE = 1.0e-9;     // square of an angle; NO_PLANE in rtbow/camera.py
+
 // Share of the perpendicular component that a filter before the lens lets pass, from the plane that
 // the light and the ray span; what is left is the parallel component's. `pass`: the direction, in
 // the filter, of the field that it lets pass.
@@ -9,7 +11,10 @@ Number perpendicularShare(Direction towardsLight, Direction ray, Direction pass)
     // The filter passes the field along its own direction, as far as that is across the ray.
     vec3 field = pass - dot(pass, ray) * ray;
     Number along = dot(normal, field);
-    // On the line through the light both components are alike, and there is no plane.
-    return along * along / max(dot(normal, normal) * dot(field, field), 1.0e-30);
+    // On the line through the light there is no plane, and the mean over all of them is one half:
+    // within seconds of arc, so that what is left of a plane is not rounding.
+    Number whole = dot(normal, normal) * dot(field, field);
+    Number blur = NO_PLANE * dot(towardsLight, towardsLight) * dot(field, field);
+    return 0.5 + (along * along - 0.5 * whole) / max(whole + blur, 1.0e-30);
 }
 #endif

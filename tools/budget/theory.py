@@ -124,8 +124,8 @@ def _why(theta: Array, exact: Array) -> Note:
     return Note(
         "What is missing: median luminance at 1000 µm over the primary's peak, exact against Airy:"
         f" {'; '.join(shares)}. Light reflected from the drops' surface, and that of higher"
-        " orders, is no bow and not in Airy's theory; and away from a bow's edge its formula is used"
-        " beyond where it was derived."
+        " orders, is no bow and not in Airy's theory; and away from a bow's edge its formula is"
+        " used beyond where it was derived."
     )
 
 
