@@ -358,7 +358,8 @@ def _caption(figure: Any, text: str) -> None:
     width, height = figure.get_size_inches()
     lines = textwrap.wrap(f"{text}. rtbow {__version__}", int(width * 18.0))
     room = (0.14 * len(lines) + 0.12) / height
-    figure.get_layout_engine().set(rect=(0.0, room, 1.0, 1.0 - room))
+    # Panels side by side stay so far apart that the numbers at their corners do.
+    figure.get_layout_engine().set(rect=(0.0, room, 1.0, 1.0 - room), wspace=0.05)
     figure.text(
         0.08 / width, 0.07 / height, "\n".join(lines), fontsize=7.5, color=_GREY, va="bottom"
     )
@@ -391,12 +392,21 @@ def _curves(data: Profiles) -> list[tuple[int, int, str]]:
     return [(r, w, colour) for (r, w), colour in zip(pairs, _COLOURS, strict=False)]
 
 
-def _line(data: Profiles, theory: Theory, colour: str) -> dict[str, Any]:
+def _line(data: Profiles, theory: Theory, colour: str, scale: Scale) -> dict[str, Any]:
     """Give a curve's line: colour tells which curve, dashes which theory."""
+    # Thin where fringes stand close: from the sun to the antisolar point in one panel.
+    width = 1.4 if scale == "linear" else 1.0
     if theory == "mie" or len(data.values) == 1:
-        return {"color": colour, "lw": 1.3}
+        return {"color": colour, "lw": width}
     alone = len(data.radius_um) * len(data.wavelength_nm) == 1
-    return {"color": _COLOURS[1] if alone else colour, "lw": 1.5, "ls": (0, (4.0, 1.6))}
+    return {"color": _COLOURS[1] if alone else colour, "lw": width, "ls": (0, (4.0, 1.6))}
+
+
+def _legend(axis: Any, columns: int) -> None:
+    # On white, so that no grid line strikes through the words.
+    axis.legend(
+        fontsize=8.5, ncols=columns, frameon=True, framealpha=0.9, edgecolor="none", fancybox=False
+    )
 
 
 def _draw_panel(axis: Any, data: Profiles, radii: Sequence[int], scale: Scale) -> None:
@@ -408,7 +418,7 @@ def _draw_panel(axis: Any, data: Profiles, radii: Sequence[int], scale: Scale) -
             if r in radii:
                 values = data.values[theory][r, w] / factor
                 label = _name(data, r, w, theory)
-                axis.plot(data.theta_deg, values, label=label, **_line(data, theory, colour))
+                axis.plot(data.theta_deg, values, label=label, **_line(data, theory, colour, scale))
     if scale == "linear":
         axis.set_ylim(0.0, 1.05 * shown.max() / factor)
     else:
@@ -445,7 +455,7 @@ def draw_profiles(path: Path, data: Profiles, scale: Scale, difference: bool) ->
         )[:, 0]
         for axis, radii in zip(grid, panels, strict=False):
             _draw_panel(axis, data, radii, scale)
-            axis.legend(fontsize=8.5, frameon=False, ncols=2 if len(axis.lines) > 6 else 1)
+            _legend(axis, 2 if len(axis.lines) > 6 else 1)
         if difference:
             _draw_difference(grid[-1], data)
         for axis in grid:
@@ -471,7 +481,7 @@ def _draw_difference(axis: Any, data: Profiles) -> None:
     axis.axhline(0.0, color=_GREY, lw=0.6)
     axis.set_ylabel("Airy − Mie,\n% of Mie's primary peak")
     if len(axis.lines) > 2:
-        axis.legend(fontsize=8.5, frameon=False, ncols=2)
+        _legend(axis, 2)
 
 
 def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
@@ -499,7 +509,7 @@ def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
             )
             _log_radius_axis(axis, data.radius_um)
             axis.set_ylim(180.0 - high, 180.0 - low)
-            axis.set_title(f"{_NAMES[theory]}", fontsize=11)
+            axis.set_title(_NAMES[theory], fontsize=11)
             axis.tick_params(direction="out")
         grid[0].set_ylabel("angle from the antisolar point, degrees")
         right = grid[-1].secondary_yaxis("right", functions=(_opposite, _opposite))
@@ -510,7 +520,7 @@ def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
         }[normalise]
         _caption(
             figure,
-            f"Lee diagram: colour of sunlight (ASTM E-490) from drops of one radius, CIE 1931 2°,"
+            "Lee diagram: colour of sunlight (ASTM E-490) from drops of one radius, CIE 1931 2°,"
             f" sRGB, {weight}. {data.setup.caption}",
         )
         _save(figure, path)

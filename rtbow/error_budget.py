@@ -195,7 +195,7 @@ def _table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str
 def _summary(outcomes: Sequence[Outcome]) -> Iterator[str]:
     yield "## At a glance"
     yield ""
-    yield "One row of each stage, for the settings that a scene has by default."
+    yield "A row or two of each stage, near the settings that a scene has by default."
     yield ""
     rows = [
         (f"[{outcome.stage.title}](#{_anchor(outcome.stage.title)})", row.what, *_numbers(row))

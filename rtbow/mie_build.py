@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -81,12 +83,28 @@ def parts(axes: MieAxes, nodes: tuple[int, int]) -> list[Part]:
 Results = Iterator[tuple[Part, dict[str, Array]]]
 
 
+def _end_with(parent: int) -> None:
+    """End this process when its parent is gone: a killed one cannot say so, and would leave it."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 def _local(todo: list[Part], workers: int) -> Results:
     """Compute parts in processes of this machine; a killed process costs its own part only."""
     left = set(todo)
     for _ in range(_POOL_RETRIES):
         try:
-            with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            with ProcessPoolExecutor(
+                workers,
+                mp_context=get_context("spawn"),
+                initializer=_end_with,
+                initargs=(os.getpid(),),
+            ) as pool:
                 running = {pool.submit(compute_part, part): part for part in todo if part in left}
                 try:
                     for done in as_completed(running):

@@ -60,24 +60,27 @@ class MieTable:
         low, high = node_range(self.axes, radii_um)
         return low >= self.first and high <= self.first + self.values.shape[1]
 
-    def intensities(self, x: Array, m: float) -> Array:
+    def intensities(self, x: Array, m: float, part: slice = slice(None)) -> Array:
         """Look up |S|²/x² at the table's own angles for an index (:meth:`MieAxes.angles`).
 
         Args:
             x: size parameters (R,).
             m: relative index.
+            part: of those angles.
 
         Returns:
-            (R, 2, T).
+            (R, 2, T), T the angles of the part.
         """
         rows, start, weights = self._rows(x)
-        mixed = np.tensordot(self.axes.index_weights(m), self.values[:, rows], axes=(0, 0))
+        held = self.values[:, rows, :, part]
+        mixed = np.tensordot(self.axes.index_weights(m), held, axes=(0, 0))
         return _mix_rows(_spline(mixed), start, weights)
 
-    def mixed(self, x: Array, weights: Array, m: float) -> Array:
+    def mixed(self, x: Array, weights: Array, m: float, part: slice = slice(None)) -> Array:
         """Look up the sum of |S|²/x² over sizes x (R,) with weights (R,), (2, T)."""
         rows, start, shares = self._rows(x)
-        mixed = np.tensordot(self.axes.index_weights(m), self.values[:, rows], axes=(0, 0))
+        held = self.values[:, rows, :, part]
+        mixed = np.tensordot(self.axes.index_weights(m), held, axes=(0, 0))
         # Sums first: one weight per row of the spline's coefficients.
         of_row = np.zeros(len(mixed))
         for k in range(4):
@@ -207,12 +210,21 @@ class MieSections:
         out = np.empty((len(radius), len(self.index), len(theta_rad), 2))
         for w, (wavelength, m) in enumerate(zip(self.wavelength_m, self.index, strict=True)):
             x = 2.0 * np.pi * radius / wavelength
-            values = self.table.intensities(x, float(m)) * radius[:, None, None] ** 2
-            places = self.table.axes.angle_places(nodes, float(m))
+            part, places = self._part(nodes, float(m))
+            values = self.table.intensities(x, float(m), part) * radius[:, None, None] ** 2
             columns = np.ascontiguousarray(values.reshape(-1, values.shape[2]).T)
             means = resample(columns, places, weights)
             out[:, w] = means.reshape(len(theta_rad), len(radius), 2).transpose(1, 0, 2)
         return out
+
+    def _part(self, theta: Array, m: float) -> tuple[slice, Array]:
+        """The table's angles that some angles need, and the places of these along that part."""
+        places = self.table.axes.angle_places(theta, m)
+        # Two neighbours on each side, and four in all, for cubic interpolation.
+        count = self.table.values.shape[3]
+        low = min(max(int(places.min()) - 2, 0), count - 4)
+        high = min(max(int(places.max()) + 4, low + 4), count)
+        return slice(low, high), floats(places - low)
 
     def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
         """Give the mean over drops of several sizes, (W, U, 2); arguments as above."""
@@ -220,8 +232,8 @@ class MieSections:
         out = np.empty((len(self.index), len(theta_rad), 2))
         for w, (wavelength, m) in enumerate(zip(self.wavelength_m, self.index, strict=True)):
             x = 2.0 * np.pi * sizes.radius_m / wavelength
-            values = self.table.mixed(x, sizes.share * sizes.radius_m**2, float(m))
-            places = self.table.axes.angle_places(nodes, float(m))
+            part, places = self._part(nodes, float(m))
+            values = self.table.mixed(x, sizes.share * sizes.radius_m**2, float(m), part)
             out[w] = resample(np.ascontiguousarray(values.T), places, weights)
         return out
 

@@ -13,9 +13,14 @@ from rtbow.errors import InputError
 from rtbow.sections import water_sections
 
 
-def run(tmp_path, *args):
-    result = CliRunner().invoke(rtbow, ["chart", *map(str, args)])
-    return result
+def run(*args):
+    return CliRunner().invoke(rtbow, ["chart", *map(str, args)])
+
+
+def words_of(path):
+    """Give the words that a drawing shows, lines that follow each other joined."""
+    shown = re.findall(r"<text[^>]*>([^<]*)</text>", path.read_text("utf-8"))
+    return " ".join(" ".join(shown).split())
 
 
 def test_profiles_are_the_tables():
@@ -45,22 +50,35 @@ def test_components_are_apart():
 
 
 def test_lee_diagram_has_the_bows_colours():
-    raster = lee_raster(Setup(("airy", "mie")), (10.0, 600.0), (135.0, 147.0), (12, 60))
-    for theory, xyz in raster.relative("column").items():
-        assert xyz.shape == (12, 60, 3)
-        np.testing.assert_allclose(xyz[..., 1].max(axis=1), 1.0)
-        rgb = xyz_to_rgb(xyz[-1])  # 550 µm: red outside, at smaller scattering angles
+    # Few radii close together: the Mie table is read for all between them.
+    fog, rain = (
+        lee_raster(Setup(("airy", "mie")), radii, (135.0, 147.0), (2, 60)).relative("column")
+        for radii in ((10.0, 10.5), (490.0, 510.0))
+    )
+    for theory in ("airy", "mie"):
+        assert fog[theory].shape == (2, 60, 3)
+        np.testing.assert_allclose(rain[theory][..., 1].max(axis=1), 1.0)
+        rgb = xyz_to_rgb(rain[theory][0])  # red outside, at smaller scattering angles
         share = rgb / rgb.sum(axis=1, keepdims=True)
-        bright = xyz[-1, :, 1] > 0.1
+        bright = rain[theory][0, :, 1] > 0.1
         red, blue = (int(np.where(bright, share[:, c], -1.0).argmax()) for c in (0, 2))
         assert red < blue
         # Fogbows are all but white: compare chromaticities where they are bright.
         spread = []
-        for column in (0, -1):
-            light = xyz[column][xyz[column, :, 1] > 0.5]
+        for column in (fog[theory][0], rain[theory][0]):
+            light = column[column[:, 1] > 0.5]
             x = light[:, 0] / light.sum(axis=1)
             spread.append(float(x.max() - x.min()))
         assert spread[0] < 0.4 * spread[1], theory
+
+
+def test_luminance_per_area_is_kept_between_radii():
+    raster = lee_raster(Setup(), (100.0, 400.0), (135.0, 147.0), (2, 60))
+    small, large = raster.xyz["airy"][..., 1].max(axis=1)
+    shown = raster.relative("none")["airy"][..., 1].max(axis=1)
+    # Columns at 141 and 283 um, a factor of 2 apart: area is a factor of 4.
+    assert shown[0] / shown[1] == pytest.approx(4.0 * small / large)
+    assert shown.max() == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
@@ -68,24 +86,34 @@ def test_charts_are_written(tmp_path, kind):
     for name, args in {
         "profile": ("profile", "--theory", "both", "--difference", "--radius-um", "20,100"),
         "log": ("profile", "--scale", "log"),
-        "lee": ("lee", "--theory", "both", "--size", "6x8"),
+        "lee": (
+            "lee",
+            "--theory",
+            "both",
+            "--size",
+            "6x8",
+            "--radius-from",
+            "90",
+            "--radius-to",
+            "110",
+        ),
     }.items():
         path = tmp_path / f"{name}.{kind}"
-        result = run(tmp_path, *args, "-o", path)
+        result = run(*args, "-o", path)
         assert result.exit_code == 0, result.output
         assert result.output.strip() == str(path)
         assert path.stat().st_size > 2000
     if kind == "svg":
-        text = (tmp_path / "profile.svg").read_text("utf-8")
+        text = words_of(tmp_path / "profile.svg")
         for words in ("scattering angle, degrees", "angle from the antisolar point", "m² sr⁻¹"):
             assert words in text
-        assert "Mie: all light, sizes spread by 2 %" in re.sub(r"\s+", " ", text)
-        assert "drop radius, µm" in (tmp_path / "lee.svg").read_text("utf-8")
+        assert "Mie: all light, sizes spread by 2 %" in text
+        assert "drop radius, µm" in words_of(tmp_path / "lee.svg")
 
 
 def test_the_same_numbers_give_the_same_file(tmp_path):
     for name in ("a.svg", "b.svg"):
-        run(tmp_path, "profile", "-o", tmp_path / name)
+        run("profile", "-o", tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -248,8 +250,8 @@ def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
     assert not list(cache.glob("mie-part-*.npz"))
 
 
-def children():
-    me = os.getpid()
+def children(parent=None):
+    me = parent or os.getpid()
     found = []
     for pid in filter(str.isdigit, os.listdir("/proc")):
         try:
@@ -276,6 +278,31 @@ def test_a_killed_process_costs_its_part_only(cache, expected):
     killer.start()
     same(build_mie_table(SMALL, SMALL_RADII, workers=2), expected)
     killer.join()
+
+
+def test_processes_end_with_a_killed_parent(cache):
+    code = (
+        "from rtbow.mie_build import build_mie_table; from rtbow.mie_axes import MieAxes\n"
+        "if __name__ == '__main__':\n"
+        "    build_mie_table(MieAxes(0.02, 1.0, 5, 30.0, 30.0, 30.0, 1.0), (200.0, 1500.0))\n"
+    )
+    script = cache.parent / "build.py"
+    script.write_text(code, "utf-8")
+    parent = subprocess.Popen([sys.executable, str(script)])
+    for _ in range(600):
+        if len(children(parent.pid)) >= 2:
+            break
+        time.sleep(0.05)
+    orphans = children(parent.pid)
+    assert len(orphans) >= 2
+    time.sleep(2.0)  # they import what starts the watch
+    parent.kill()
+    parent.wait()
+    for _ in range(600):
+        if not any(os.path.exists(f"/proc/{pid}") for pid in orphans):
+            return
+        time.sleep(0.05)
+    pytest.fail("processes are left")
 
 
 def test_processes_that_keep_dying_are_told(cache, monkeypatch):

@@ -61,7 +61,7 @@ def measure() -> Measurement:
 
 
 FLOAT32 = Stage(
-    "float32 on the GPU",
+    "float32 in the shader",
     "The shader's frame of a uniform volume, where the march has no error, against the "
     "same look-ups in float64 (rounding and texture filtering alone; the exact theory's "
     "table is laid out anew for the shader, and interpolated linearly) and against the "
