@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rtbow.arrays import Progress, no_progress
 from rtbow.cache import cached_arrays, file_digest
 from rtbow.files import write_atomic
-from rtbow.mie_axes import DEFAULT_SPREAD
+from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE
 from rtbow.mie_build import build_mie_table, kept_table
 from rtbow.mie_table import TABLE_RADII_UM, MieTable, standard_axes
 
@@ -69,9 +69,16 @@ def compact_table() -> MieTable:
     return MieTable(axes, int(kept["first"]), kept["values"], kept["efficiency"])
 
 
-@lru_cache(maxsize=2)
+_held: dict[tuple[float, tuple[float, float], tuple[float, float]], MieTable] = {}
+"""The last tables that were given, by spread, radii and indices."""
+_MOST_HELD = 2
+
+
 def mie_table(
-    spread: float, radii_um: tuple[float, float], progress: Progress = no_progress
+    spread: float,
+    radii_um: tuple[float, float],
+    progress: Progress = no_progress,
+    index_range: tuple[float, float] = INDEX_RANGE,
 ) -> MieTable:
     """Give a table that holds some radii: the full one if it was built, the one that ships, or one
     built now for these radii (minutes for large drops; kept in the cache).
@@ -80,8 +87,24 @@ def mie_table(
         spread: standard deviation of ln(radius).
         radii_um: least and greatest radius.
         progress: wraps the loop over the parts that are built.
+        index_range: of the water.
     """
+    key = (spread, radii_um, index_range)
+    if key not in _held:
+        while len(_held) >= _MOST_HELD:
+            del _held[next(iter(_held))]
+        _held[key] = _find_table(spread, radii_um, progress, index_range)
+    return _held[key]
+
+
+def _find_table(
+    spread: float,
+    radii_um: tuple[float, float],
+    progress: Progress,
+    index_range: tuple[float, float],
+) -> MieTable:
     low, high = TABLE_RADII_UM
-    if spread == DEFAULT_SPREAD and low <= radii_um[0] and radii_um[1] <= high:
+    usual = spread == DEFAULT_SPREAD and index_range == INDEX_RANGE
+    if usual and low <= radii_um[0] and radii_um[1] <= high:
         return kept_table(standard_axes(spread), TABLE_RADII_UM) or compact_table()
-    return build_mie_table(standard_axes(spread), radii_um, progress)
+    return build_mie_table(standard_axes(spread, index_range), radii_um, progress)

@@ -26,10 +26,23 @@ _MARGIN = 6
 """Nodes beyond the range on each side: what a spline's end does falls by 0.27 per node."""
 
 
-def standard_axes(spread: float) -> MieAxes:
+def standard_axes(spread: float, index_range: tuple[float, float] = INDEX_RANGE) -> MieAxes:
     """Give the layout of a whole table: a narrower spread leaves finer fringes."""
     finer = min(max(DEFAULT_SPREAD / spread, 0.5), 2.0)
-    return MieAxes(spread, 1.0, 5, 60.0 * finer, 100.0 * finer, 50.0 * finer, 0.45)
+    return MieAxes(spread, 1.0, 5, index_range, 60.0 * finer, 100.0 * finer, 50.0 * finer, 0.45)
+
+
+_TAIL = 0.01
+"""Share of a mixture's area that may be beyond the whole table's radii, and counts at its end."""
+
+
+def tabled_sizes(sizes: Sizes) -> Sizes:
+    """Give a mixture whose thin tail of large drops, if it has one, ends with the whole table.
+
+    Without that a tail of a millionth of the drops would ask for a table of its own. Angles of the
+    bows hardly depend on such sizes, and their area is kept.
+    """
+    return sizes.within(TABLE_RADII_UM[1], _TAIL)
 
 
 def node_range(axes: MieAxes, radii_um: tuple[float, float]) -> tuple[int, int]:
@@ -186,12 +199,12 @@ class MieSections:
     index: Array
 
     def __post_init__(self) -> None:
-        low, high = INDEX_RANGE
+        low, high = self.table.axes.index_range
         if np.any((self.index < low) | (self.index > high)):
             raise InputError(
                 f"water has a refractive index of {self.index.min():.4f} to {self.index.max():.4f}"
-                f" at these wavelengths; theory mie holds {low} to {high}, which is 380-780 nm at"
-                " -12 to 60 °C"
+                f" at these wavelengths; theory mie holds {low} to {high}: 380-780 nm at -12 to"
+                " 60 °C"
             )
 
     def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
@@ -228,6 +241,7 @@ class MieSections:
 
     def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
         """Give the mean over drops of several sizes, (W, U, 2); arguments as above."""
+        sizes = tabled_sizes(sizes)
         nodes, weights = disc_grid(floats(theta_rad), disc_rad)
         out = np.empty((len(self.index), len(theta_rad), 2))
         for w, (wavelength, m) in enumerate(zip(self.wavelength_m, self.index, strict=True)):
@@ -236,12 +250,3 @@ class MieSections:
             values = self.table.mixed(x, sizes.share * sizes.radius_m**2, float(m), part)
             out[w] = resample(np.ascontiguousarray(values.T), places, weights)
         return out
-
-    def efficiencies(self, radius_m: Array) -> Array:
-        """Give the extinction efficiency (R, W)."""
-        radius = floats(radius_m)
-        columns = [
-            self.table.extinction_efficiency(2.0 * np.pi * radius / wavelength, float(m))
-            for wavelength, m in zip(self.wavelength_m, self.index, strict=True)
-        ]
-        return np.stack(columns, axis=1)

@@ -14,6 +14,7 @@ from rtbow.airy import Bow, bows
 from rtbow.arrays import Array, Progress, no_progress
 from rtbow.atmosphere import rayleigh_depth
 from rtbow.lights import Lamp, Sun, lamps, suns
+from rtbow.mie_table import tabled_sizes
 from rtbow.scene import Scene
 from rtbow.sections import Sections, water_sections
 from rtbow.spectrum import colour_weights, wavelength_bins
@@ -93,7 +94,8 @@ def table_sections(
         return None
     radii_um = volume.radius_range_um
     if volume.sizes is not None:
-        radii_um = (volume.sizes.radius_m[0] * 1e6, volume.sizes.radius_m[-1] * 1e6)
+        sizes = tabled_sizes(volume.sizes) if theory == "mie" else volume.sizes
+        radii_um = sizes.range_um
     return water_sections(
         theory,
         optics.wavelength_nm,

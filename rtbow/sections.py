@@ -14,8 +14,8 @@ import numpy as np
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, bows
 from rtbow.arrays import Array, Progress, floats, no_progress
 from rtbow.compiled import compiled, prange
-from rtbow.mie_axes import DEFAULT_SPREAD
-from rtbow.mie_store import mie_table
+from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
+from rtbow.mie_store import compact_table, mie_table
 from rtbow.mie_table import MieSections, disc_grid, resample, standard_axes
 from rtbow.reference_kernel import airy_grid, airy_squared_at
 from rtbow.sizes import Sizes
@@ -138,14 +138,29 @@ def water_sections(
     index = relative_index(nm, temperature_c)
     if theory == "airy":
         return AirySections(airy_table(), orders, nm * 1e-9, index)
-    return MieSections(mie_table(spread, radii_um, progress), nm * 1e-9, index)
+    inside = INDEX_RANGE[0] <= index.min() and index.max() <= INDEX_RANGE[1]
+    range_ = INDEX_RANGE if inside else WIDE_INDEX_RANGE
+    return MieSections(mie_table(spread, radii_um, progress, range_), nm * 1e-9, index)
 
 
-def extinction_efficiencies(
-    radius_m: Array, wavelength_nm: Array, temperature_c: float, spread: float = DEFAULT_SPREAD
-) -> Array:
-    """Give the exact extinction efficiency Q_ext (R, W), for either theory: Airy's has none."""
-    nm = floats(wavelength_nm)
-    radii = floats(radius_m) * 1e6
-    table = mie_table(spread, (float(radii.min()), float(radii.max())))
-    return MieSections(table, nm * 1e-9, relative_index(nm, temperature_c)).efficiencies(radius_m)
+_EDGE_SIZE = 3000.0
+"""From this x on Q_ext is 2 + 1.9924 x^(-2/3) within 5e-4: Nussenzveig and Wiscombe, Phys. Rev.
+Lett. 45, 1490 (1980); the diffracted light and what grazes the edge."""
+
+
+def extinction_efficiencies(radius_m: Array, wavelength_nm: Array, temperature_c: float) -> Array:
+    """Give the exact extinction efficiency Q_ext (R, W), for either theory: Airy's has none.
+
+    From the table that ships, whose spread of sizes averages the ripple, and its limit for large
+    drops; the index, on which Q hardly depends, is taken within that table's range.
+    """
+    nm, radii = floats(wavelength_nm), floats(radius_m)
+    x = 2.0 * np.pi * radii[:, None] / (nm * 1e-9)
+    large = 2.0 + 1.9924 * x ** (-2.0 / 3.0)
+    if x.min() >= _EDGE_SIZE:
+        return floats(large)
+    table = compact_table()
+    index = np.clip(relative_index(nm, temperature_c), *table.axes.index_range)
+    held = np.minimum(x, _EDGE_SIZE)
+    columns = [table.extinction_efficiency(held[:, w], float(m)) for w, m in enumerate(index)]
+    return floats(np.where(x < _EDGE_SIZE, np.stack(columns, axis=1), large))

@@ -67,6 +67,27 @@ class Sizes:
         """Mean radius weighted by area: the third moment over the second."""
         return float(self.share @ self.radius_m**3 / (self.share @ self.radius_m**2))
 
+    @property
+    def range_um(self) -> tuple[float, float]:
+        """Least and greatest radius, µm."""
+        return float(self.radius_m[0] * 1e6), float(self.radius_m[-1] * 1e6)
+
+    def within(self, largest_um: float, area_share: float) -> Sizes:
+        """Give the same with radii up to a largest one, if hardly any area is beyond.
+
+        Args:
+            largest_um: radius that the others take.
+            area_share: of the drops' area, at most, that may be beyond; else nothing changes. The
+                drops there keep their area.
+        """
+        area = self.share * self.radius_m**2
+        beyond = self.radius_m > largest_um * 1e-6
+        if not beyond.any() or area[beyond].sum() > area_share * area.sum():
+            return self
+        radius = np.append(self.radius_m[~beyond], largest_um * 1e-6)
+        share = np.append(self.share[~beyond], area[beyond].sum() / radius[-1] ** 2)
+        return Sizes(radius, share, self.number_per_m3)
+
 
 def _modified_gamma_slopes(radius: ModifiedGammaRadius) -> tuple[float, float]:
     """Exponent alpha and rate b [µm^-gamma] of r^alpha exp(-b r^gamma).

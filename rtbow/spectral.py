@@ -318,7 +318,7 @@ class SpectralPass:
         optics, volume = parts.optics, parts.volume
         count = len(optics.wavelength_nm)
         radii = volume.radius_range_um
-        largest = volume.sizes.radius_m[-1] if volume.sizes is not None else radii[1] * 1e-6
+        largest = volume.sizes.range_um[1] * 1e-6 if volume.sizes is not None else radii[1] * 1e-6
         if radii[1] <= 0.0:  # no drops anywhere: any radius will do
             radii, largest = (100.0, 100.0), 1e-4
         if optics.suns:

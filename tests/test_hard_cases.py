@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -268,8 +269,8 @@ def pole_cases() -> list[Case]:
         Case("antisolar-mie-10-um", ring, 3e-3, antisolar, droplets=small, more=MIE),
         Case("solar-mie-10-um", ring, 3e-3, solar, droplets=small, more=MIE),
         Case("solar-mie-500-um", ring, 1e-3, solar, droplets=large, more=MIE),
-        # 8 % of the bow's peak is what the exact table claims here.
-        Case("antisolar-mie-500-um", glory, 8e-2, all_round, droplets=large, more=MIE),
+        # 104: the exact table errs by 8 % of the bow's peak here, and more at single wavelengths.
+        Case("antisolar-mie-500-um", glory, 0.12, all_round, droplets=large, more=MIE),
         Case("antisolar-airy-point", ring, 1e-3, antisolar, point, small),
         Case("solar-airy-point", ring, 1e-3, solar, point, small),
         Case("antisolar-mie-point", ring, 4e-3, antisolar, point, small, MIE),
@@ -285,6 +286,7 @@ def size_cases() -> list[Case]:
     # Measured: 0.1 and 2.8; 7.2 of the widest disc in the bow's own scale, and 1.2 without;
     # exact theory 2.0 and 20, mixtures 2.4 and 0.2; in the shadow 3.7.
     band = view(altitude=26.0, fov=3.0)
+    small = dict(view(fov=40.0)) | {"size_px": [12, 7]}
     return [
         Case("radius-1-um", "a bow wider than the sky", 5e-4, {}, droplets=drops(radius_um=1.0)),
         Case("radius-1-um-mie", "the table's first row", 4e-3, {},
@@ -296,9 +298,10 @@ def size_cases() -> list[Case]:
         Case("mie-10-um", "texels that follow both poles", 3e-3, {},
              droplets=drops(radius_um=10.0), more=MIE),
         Case("mie-500-um", "thousands of texels, fringes in between", 2.5e-2, {}, more=MIE),
-        Case("gamma-airy", "one row stands for hundreds of sizes", 4e-3, {},
+        Case("gamma-airy", "one row stands for hundreds of sizes", 4e-3, small,
              droplets=gamma(300.0)),
-        Case("gamma-mie", "the same by exact theory", 1e-3, {}, droplets=gamma(10.0), more=MIE),
+        Case("gamma-mie", "the same by exact theory", 1e-3, small, droplets=gamma(10.0),
+             more=MIE),
         Case("alexanders-band", "1e-12 of the bow, by a texture's steep end", 6e-3, band),
         Case("alexanders-band-5-mm", "beyond the texture's end", 0.0, band,
              droplets=drops(radius_um=5000.0), dark=True),
@@ -344,7 +347,7 @@ def volume_cases() -> list[Case]:
         Case("box-1-cm", "lengths of millimetres", 2e-3, ground, droplets=drops(pebble)),
         Case("box-500-km", "lengths of 700 km", 2e-3, droplets=drops(slab)),
         Case("box-500-km-air", "the same in air, which is gone in the upper part", 2.5e-3,
-             droplets=drops(WIDE_BOX), more=AIR),
+             {"size_px": [12, 7]}, droplets=drops(WIDE_BOX), more=AIR),
         Case("one-step", "a step larger than the box", 2e-3, more=ONE_STEP),
         Case("one-step-air", "the same in air", 2e-3, more=dict(ONE_STEP) | AIR),
         # 19: one step takes the way towards the sun as linear between its ends.
@@ -397,7 +400,7 @@ def fog_cases() -> list[Case]:
     # Measured: 0.3 to 2.5; the grid 3.6; 11 are what the table errs by near the sun.
     behind = sun(azimuth_deg=0.0, altitude_deg=0.0)
     inside = view((0.0, 700.0, 500.0))
-    beside = view((0.0, 5.0, 1.6), 0.0)
+    beside = dict(view((0.0, 5.0, 1.6), 0.0)) | {"size_px": [12, 7]}
     far_yard = ((-20.0, 10.0, 0.0), (20.0, 30.0, 10.0))
     skin = "all light is from the first millimetres, where float32 knows a face to 0.1 mm"
     colours = "extinction of such drops doubles from blue to red"
@@ -503,7 +506,7 @@ def fogs(gl_contexts):
 def test_more_fog_is_darker(fogs):
     # Per drop, in every pixel, since all of them dim each other; by a hair where it is all gone.
     luminance = [frame @ LUMINANCE for frame in fogs]
-    for thinner, thicker in zip(luminance, luminance[1:], strict=False):
+    for thinner, thicker in pairwise(luminance):
         assert np.all(thicker <= thinner * (1.0 + 1e-5))
     # At a depth of 50 light comes from the outermost twentieth or so.
     lit = luminance[0] > 0.01 * luminance[0].max()
@@ -518,18 +521,19 @@ def test_dense_fog_saturates(fogs):
 
 @pytest.mark.parametrize("radius_um", [1.0, 500.0])
 def test_no_bands_in_fog(gl_contexts, radius_um):
-    # A sun in front, so that light comes through all of it; the sky is even in the bow's absence.
-    scene = make(
-        view((0.0, 0.0, 500.0), 0.0, 20.0) | {"size_px": [96, 8]},
-        [sun(altitude_deg=25.0, azimuth_deg=130.0, angular_diameter_deg=5.0)],
-        fog(50.0, radius_um=radius_um),
-        {},
-    )
-    frame, exact = raw_frame(gl_contexts, scene), render_reference(scene)
-    ratio = (frame @ LUMINANCE) / (exact @ LUMINANCE)
-    assert exact.min() != 0.0
-    # Steps that came and went from pixel to pixel would show here.
-    assert np.abs(np.diff(ratio, axis=1)).max() < 2e-3
+    # A sun before and above, so that what is seen is deep inside; over the same without dimming.
+    camera = view((0.0, 0.0, 500.0), 0.0, 20.0) | {"size_px": [96, 8]}
+    lights = [sun(altitude_deg=50.0, azimuth_deg=100.0)]
+    droplets = fog(50.0, radius_um=radius_um, q=None)
+    shares = []
+    for each in (droplets, droplets | {"extinction": False}):
+        scene = make(camera, lights, each, {})
+        frame, exact = raw_frame(gl_contexts, scene), render_reference(scene)
+        shares.append((frame @ LUMINANCE, exact @ LUMINANCE))
+    ratio = (shares[0][0] / shares[1][0]) / (shares[0][1] / shares[1][1])
+    # Steps that came and went from pixel to pixel would show here: 1 and 3 parts in 10,000.
+    for axis in (0, 1):
+        assert np.abs(np.diff(ratio, axis=axis)).max() < 1e-3
 
 
 def test_half_floats_hold_the_faint_and_the_bright(gl_contexts, monkeypatch):
@@ -653,5 +657,5 @@ def test_any_scene_is_the_references(gl_contexts, scene):
     if level < 1e-30:  # so deep in fog or shadow that float32 ends
         assert np.abs(frame).max() < 1e-25
         return
-    # FUZZ
-    assert errors_of(frame, exact, 99.5).max() < 3e-2
+    # 18 in thousands of scenes, of the table near the sun and of lamps' discs.
+    assert errors_of(frame, exact, 99.5).max() < 2.5e-2

@@ -24,7 +24,7 @@ from rtbow.sizes import Sizes
 from rtbow.water import relative_index
 
 STANDARD = standard_axes(0.02)
-SMALL = MieAxes(0.1, 1.0, 2, 2.0, 2.0, 2.0, 8.0)
+SMALL = MieAxes(0.1, 1.0, 2, INDEX_RANGE, 2.0, 2.0, 2.0, 8.0)
 """A table of few nodes, built in a moment."""
 SMALL_RADII = (60.0, 90.0)
 
@@ -32,7 +32,7 @@ SMALL_RADII = (60.0, 90.0)
 # --- Axes
 
 
-@pytest.mark.parametrize("m", [*INDEX_RANGE, 1.3345])
+@pytest.mark.parametrize("m", [*INDEX_RANGE, 1.3345, 1.3215])
 def test_angles_and_places_are_inverses(m):
     angles = STANDARD.angles(m)
     assert angles[0] == 0.0
@@ -284,7 +284,8 @@ def test_processes_end_with_a_killed_parent(cache):
     code = (
         "from rtbow.mie_build import build_mie_table; from rtbow.mie_axes import MieAxes\n"
         "if __name__ == '__main__':\n"
-        "    build_mie_table(MieAxes(0.02, 1.0, 5, 30.0, 30.0, 30.0, 1.0), (200.0, 1500.0))\n"
+        "    axes = MieAxes(0.02, 1.0, 5, (1.33, 1.34), 30.0, 30.0, 30.0, 1.0)\n"
+        "    build_mie_table(axes, (200.0, 1500.0))\n"
     )
     script = cache.parent / "build.py"
     script.write_text(code, "utf-8")

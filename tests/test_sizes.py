@@ -124,6 +124,22 @@ def test_modified_gamma_draws(rng):
     assert m[0] * m[2] / m[1] ** 2 - 1.0 == pytest.approx(0.1, rel=0.05)
 
 
+def test_a_thin_tail_of_large_drops_needs_no_table_of_its_own():
+    radius = GammaRadius(distribution="gamma", effective_radius_um=500.0, effective_variance=0.1)
+    sizes = distribution(radius, DROPS)
+    assert sizes.range_um[1] > 1500.0
+    cut = sizes.within(1500.0, 0.01)
+    assert cut.range_um[1] == pytest.approx(1500.0)
+    area, kept = (float(s.share @ s.radius_m**2) for s in (sizes, cut))
+    assert kept == pytest.approx(area, rel=1e-12)
+    third, other = (float(s.share @ s.radius_m**3) for s in (sizes, cut))
+    assert other == pytest.approx(third, rel=2e-3)
+    # Where much is beyond, all stays.
+    assert sizes.within(600.0, 0.01) is sizes
+    sections = water_sections("mie", np.array([550.0]), 20.0, cut.range_um)
+    assert np.isfinite(sections.mixed(sizes, np.array([2.42]), 0.00465)).all()
+
+
 @pytest.mark.parametrize("theory", ["airy", "mie"])
 def test_draws_approach_the_mixture_as_one_over_the_root_of_their_number(rng, theory):
     """Mean cross-section of N points, each of one drawn size, against the whole distribution."""

@@ -114,8 +114,9 @@ def _falls_under(found: list[tuple[int, float]]) -> str:
                 break
             held = radius
         parts.append(f"under {level:g} " + (f"from {held} µm on" if held else "nowhere"))
-    least = min(found, key=lambda pair: pair[1])
-    return f"the 99th percentile of ΔE stays {', '.join(parts)}; least {least[1]:.1f} at {least[0]} µm"
+    radius, value = min(found, key=lambda pair: pair[1])
+    stays = ", ".join(parts)
+    return f"the 99th percentile of ΔE stays {stays}; least {value:.1f} at {radius} µm"
 
 
 def _why(theta: Array, exact: Array) -> Note:
