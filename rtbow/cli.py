@@ -446,7 +446,7 @@ def table_export(
         default_wavelengths_nm() if wavelength_nm is None else wavelength_nm,
         angles,
         disc_deg,
-        spread / 100.0,
+        round(spread / 100.0, 9),
     )
     export_table(
         Path(output),

@@ -55,5 +55,6 @@ def compiled(*, parallel: bool = False, contract: bool = False) -> Callable[[Fun
     """
     loose = {"contract"} if contract else False
     return cast(
-        Callable[[Function], Function], njit(cache=_KEEP, parallel=parallel, fastmath=loose)
+        Callable[[Function], Function],
+        njit(cache=_KEEP, parallel=parallel, fastmath=loose, nogil=True),
     )

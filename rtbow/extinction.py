@@ -23,10 +23,10 @@ from rtbow.arrays import Array, Float32, floats
 from rtbow.compiled import compiled, prange
 from rtbow.lights import Lamp, Sun
 from rtbow.optics import Optics
-from rtbow.reference_kernel import interpolate
 from rtbow.scene import Scene
 from rtbow.sections import extinction_efficiencies
 from rtbow.volume import DropletVolume
+from rtbow.volume_kernel import interpolate
 
 MIDDLE_NM = 550.0
 """Wavelength of the field."""

@@ -14,8 +14,10 @@ _REACH = 3.5
 _COHERENT_PHASE = 10.0
 """Below x = this over the spread, interference between Debye's orders is left after the averaging
 and whole amplitudes are summed; above, it is less than exp(-22), and orders add as intensities."""
-_COHERENT_STEP = 0.02 / 384.0
-"""Step in ln x of whole amplitudes: fine enough for the mean over resonances..."""
+_LEAST_DEBYE_SIZE = 110.0
+"""Debye's coefficients need all of a drop's waves to propagate inside: from x = 102 on."""
+_COHERENT_STEPS = 384.0
+"""Samples per spread of whole amplitudes: enough for the mean over resonances..."""
 _RESONANT_SIZE = 400.0
 """...down to this x; in proportion to x below, where single resonances weigh more."""
 _ORDER_STEPS = 12.0
@@ -24,13 +26,14 @@ _ORDER_STEPS = 12.0
 
 def coherent(axes: MieAxes, x: float) -> bool:
     """Whether whole amplitudes are summed at this size, not Debye's orders."""
-    return x < max(_COHERENT_PHASE / axes.spread, 100.0)
+    return x < max(_COHERENT_PHASE / axes.spread, _LEAST_DEBYE_SIZE)
 
 
 def _sample_sizes(axes: MieAxes, low: float, high: float, whole: bool) -> tuple[Array, Array]:
     """Sizes from low to high (ln x), and the share of ln x that each stands for."""
     if whole:
-        step = _COHERENT_STEP * min(np.exp(low) / _RESONANT_SIZE, 1.0)
+        # By the first size: blocks of nodes are short.
+        step = axes.spread / _COHERENT_STEPS * min(np.exp(low) / _RESONANT_SIZE, 1.0)
         even = np.arange(low, high + step, step)
         return floats(even), np.full(len(even), step)
     at, steps = [low], [0.0]
@@ -84,7 +87,7 @@ def _accumulate_efficiency(
 def mean_intensities(axes: MieAxes, nodes: Array, m: float, theta: Array) -> Array:
     """Average |S1|² and |S2|² over sizes, log-normally spread about some nodes.
 
-    All nodes are treated as the last one is: as whole amplitudes, or by Debye's orders.
+    All nodes are treated as the first one is: as whole amplitudes, or by Debye's orders.
 
     Args:
         axes: gives the spread.
@@ -95,7 +98,7 @@ def mean_intensities(axes: MieAxes, nodes: Array, m: float, theta: Array) -> Arr
     Returns:
         |S|²/x², perpendicular and parallel, (n, 2, T).
     """
-    whole = coherent(axes, float(np.exp(nodes[-1])))
+    whole = coherent(axes, float(np.exp(nodes[0])))
     margin = _REACH * axes.spread
     log_x, share = _sample_sizes(axes, float(nodes[0]) - margin, float(nodes[-1]) + margin, whole)
     sums, totals = _accumulate(log_x, share, m, theta, not whole, nodes, axes.spread, _REACH)

@@ -20,9 +20,12 @@ from rtbow.mie_average import coherent, mean_efficiency, node_intensities
 from rtbow.mie_axes import MieAxes
 from rtbow.mie_table import MieTable, node_range
 
-_BLOCK_NODES = 24
-"""Sizes per part. A mean reaches 3.5 spreads beyond its outermost nodes, which parts compute
-twice: 29 % of the work, for parts of less than a minute each."""
+_BLOCK_LOG = 0.48
+"""Extent of a part in ln x: its sizes share angles and samples, which follow its first one. A mean
+reaches 3.5 spreads beyond its outermost nodes, which parts compute twice: 29 % of the work with the
+standard spread, for parts of less than a minute each up to 1500 µm."""
+_WORKERS_S = 20.0
+"""How long a cluster without workers is waited for."""
 _POOL_RETRIES = 5
 """How often a pool of processes is made anew after one of them was killed."""
 
@@ -50,12 +53,12 @@ class Part:
     def cost(self) -> float:
         """How long it takes, in no particular unit."""
         low, high = (float(np.exp(n * self.axes.step)) for n in self.nodes)
-        weight = 30.0 * high if coherent(self.axes, high) else 1.0 * high**2
+        weight = 30.0 * high if coherent(self.axes, low) else 1.0 * high**2
         return weight * (high - low) / high
 
 
 def _digest() -> str:
-    return source_digest("mie", "mie_axes", "mie_average")
+    return source_digest("airy", "mie", "mie_axes", "mie_average")
 
 
 def compute_part(part: Part) -> dict[str, Array]:
@@ -73,8 +76,9 @@ def parts(axes: MieAxes, nodes: tuple[int, int]) -> list[Part]:
     tables of other radii share them."""
     found: list[Part] = []
     start = nodes[0]
+    block = max(round(_BLOCK_LOG / axes.step), 1)
     while start < nodes[1]:
-        end = min((start // _BLOCK_NODES + 1) * _BLOCK_NODES, nodes[1])
+        end = min((start // block + 1) * block, nodes[1])
         found.extend(Part(axes, index, (start, end)) for index in range(axes.indices))
         start = end
     return sorted(found, key=lambda part: -part.cost)
@@ -113,13 +117,17 @@ def _local(todo: list[Part], workers: int) -> Results:
                         yield running[done], result
                 except BaseException:
                     pool.shutdown(wait=False, cancel_futures=True)
+                    # A part takes a minute: leaving the pool would wait for those in work.
+                    for process in list((pool._processes or {}).values()):
+                        process.kill()
                     raise
             return
         except BrokenProcessPool:
             continue
     raise RtbowError(
         f"building the table: its processes ended {_POOL_RETRIES} times, as when memory runs out;"
-        " what is finished is kept: run it again, with fewer --workers"
+        " what is finished is kept: run it again, with fewer --workers (a script of your own must"
+        " have its code under `if __name__ == '__main__':`, since processes import it)"
     )
 
 
@@ -140,12 +148,40 @@ def _cluster(todo: list[Part], scheduler: str) -> Results:
             " `dask scheduler` and workers with `dask worker`"
         ) from None
     with client:
-        # Workers die as their machines do: a part is not at fault until many were lost with it.
-        running = {client.submit(compute_part, part, pure=False, retries=3): part for part in todo}
-        for future, result in futures_completed(  # type: ignore[no-untyped-call]
-            list(running), with_results=True
-        ):
+        try:
+            client.wait_for_workers(1, timeout=_WORKERS_S)
+        except TimeoutError:
+            raise UnavailableError(
+                f"--scheduler {scheduler}: it has no workers; start some with `dask worker`"
+            ) from None
+        # A lost worker's parts go to another one; the scheduler counts how often.
+        running = {client.submit(_checked_part, part, pure=False): part for part in todo}
+        results = iter(
+            futures_completed(  # type: ignore[no-untyped-call]
+                list(running), with_results=True
+            )
+        )
+        while True:
+            try:
+                future, (digest, result) = next(results)
+            except StopIteration:
+                return
+            except Exception as error:
+                raise RtbowError(
+                    f"--scheduler {scheduler}: a part failed there ({type(error).__name__}:"
+                    f" {error}); what is finished is kept: run it again"
+                ) from error
+            if digest != _digest():
+                raise UnavailableError(
+                    f"--scheduler {scheduler}: its workers have another version of rtbow; install"
+                    " this one there"
+                )
             yield running[future], result
+
+
+def _checked_part(part: Part) -> tuple[str, dict[str, Array]]:
+    """Compute a part, and say by which code."""
+    return _digest(), compute_part(part)
 
 
 def build_mie_table(
@@ -182,10 +218,10 @@ def build_mie_table(
         if arrays is not None:
             found[part] = arrays
     todo = [part for part in every if part not in found]
-    workers = workers or len(os.sched_getaffinity(0))
+    workers = workers or _cores()
     results = _cluster(todo, scheduler) if scheduler else _local(todo, min(workers, len(todo) or 1))
     if todo:
-        for part, arrays in _with_progress(results, len(todo), progress):
+        for part, arrays in _with_progress(results, len(found), len(every), progress):
             arrays["values"] = arrays["values"].astype(np.float32)
             keep_arrays("mie-part", part.key, arrays)
             found[part] = arrays
@@ -210,9 +246,19 @@ def _table_key(axes: MieAxes, nodes: tuple[int, int]) -> str:
     return f"{_digest()} {astuple(axes)} {nodes}"
 
 
-def _with_progress(results: Results, count: int, progress: Progress) -> Results:
-    # The hook wraps a loop over numbers; results come as they are ready.
+def _cores() -> int:
+    """Cores that this process may use, where the system tells."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _with_progress(results: Results, done: int, count: int, progress: Progress) -> Results:
+    # The hook wraps a loop over numbers; results come as they are ready. What was done before
+    # shows as done.
     steps = iter(progress(range(count)))
+    for _ in range(done):
+        next(steps, None)
     for result in results:
         next(steps, None)
         yield result

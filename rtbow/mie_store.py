@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import lzma
 from functools import lru_cache
 from pathlib import Path
@@ -10,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.arrays import Progress, no_progress
-from rtbow.cache import cached_arrays, file_digest
+from rtbow.cache import cached_arrays, file_digest, source_digest
+from rtbow.errors import RtbowError
 from rtbow.files import write_atomic
-from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE
+from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.mie_build import build_mie_table, kept_table
 from rtbow.mie_table import TABLE_RADII_UM, MieTable, standard_axes
 
@@ -30,20 +32,37 @@ def pack(table: MieTable) -> bytes:
     planes = second.ravel().view(np.uint8).reshape(-1, 2).T
     header = np.array([table.first, *table.values.shape], dtype="<i4").tobytes()
     body = planes.tobytes() + table.efficiency.astype("<f4").tobytes()
-    return header + lzma.compress(body, preset=9 | lzma.PRESET_EXTREME)
+    content = header + lzma.compress(body, preset=9 | lzma.PRESET_EXTREME)
+    return _mark(table.axes, content) + content
+
+
+def _mark(axes: MieAxes, content: bytes) -> bytes:
+    """What a file begins with: a hash of the layout and of all that follows."""
+    return hashlib.sha256(repr(axes).encode() + content).digest()
 
 
 def unpack(data: bytes) -> MieTable:
-    """Read what :func:`pack` wrote."""
-    first, *shape = np.frombuffer(data[:20], dtype="<i4").tolist()
+    """Read what :func:`pack` wrote.
+
+    Raises:
+        RtbowError: the bytes are damaged, or of a table with another layout.
+    """
+    axes = standard_axes(DEFAULT_SPREAD)
+    size = hashlib.sha256().digest_size
+    mark, content = data[:size], data[size:]
+    if mark != _mark(axes, content):
+        raise RtbowError(
+            "the Lorenz-Mie table that comes with rtbow is damaged or of another version; install"
+            " rtbow anew"
+        )
+    first, *shape = np.frombuffer(content[:20], dtype="<i4").tolist()
     count = int(np.prod(shape))
-    body = lzma.decompress(data[20:])
+    body = lzma.decompress(content[20:])
     planes = np.frombuffer(body[: 2 * count], dtype=np.uint8).reshape(2, -1)
     second = np.ascontiguousarray(planes.T).view("<i2").reshape(shape).astype(np.int32)
     steps = second.cumsum(axis=-1).cumsum(axis=-1)
     values = np.exp2(steps / _PER_OCTAVE).astype(np.float32)
     efficiency = np.frombuffer(body[2 * count :], dtype="<f4").reshape(shape[:2])
-    axes = standard_axes(DEFAULT_SPREAD)
     return MieTable(axes, first, values, efficiency.astype(np.float64))
 
 
@@ -64,7 +83,9 @@ def compact_table() -> MieTable:
             "first": np.array(table.first),
         }
 
-    kept = cached_arrays("mie-compact", file_digest(COMPACT_FILE), build)
+    kept = cached_arrays(
+        "mie-compact", f"{file_digest(COMPACT_FILE)} {source_digest('mie_store')}", build
+    )
     axes = standard_axes(DEFAULT_SPREAD)
     return MieTable(axes, int(kept["first"]), kept["values"], kept["efficiency"])
 
@@ -72,6 +93,23 @@ def compact_table() -> MieTable:
 _held: dict[tuple[float, tuple[float, float], tuple[float, float]], MieTable] = {}
 """The last tables that were given, by spread, radii and indices."""
 _MOST_HELD = 2
+
+
+_LEAST_UM = (1.0, 10.0, 100.0, 500.0, 1500.0)
+_GREATEST_UM = (10.0, 50.0, 150.0, 500.0, 1000.0, 1500.0, 2500.0, 5000.0)
+
+
+def range_candidates(radii_um: tuple[float, float]) -> list[tuple[float, float]]:
+    """Give the ranges of radii that tables are built for and that hold some radii, the least work
+    first. Few ranges serve all scenes, so that another radius seldom needs another table."""
+    ranges = [
+        (low, high)
+        for low in _LEAST_UM
+        for high in _GREATEST_UM
+        if low <= radii_um[0] and radii_um[1] <= high
+    ]
+    # The work grows as the square of the size, and a little with the range.
+    return sorted(ranges, key=lambda ends: (ends[1], -ends[0]))
 
 
 def mie_table(
@@ -103,8 +141,13 @@ def _find_table(
     progress: Progress,
     index_range: tuple[float, float],
 ) -> MieTable:
+    axes = standard_axes(spread, index_range)
+    for ends in range_candidates(radii_um):
+        kept = kept_table(axes, ends)
+        if kept is not None:
+            return kept
     low, high = TABLE_RADII_UM
     usual = spread == DEFAULT_SPREAD and index_range == INDEX_RANGE
     if usual and low <= radii_um[0] and radii_um[1] <= high:
-        return kept_table(standard_axes(spread), TABLE_RADII_UM) or compact_table()
-    return build_mie_table(standard_axes(spread, index_range), radii_um, progress)
+        return compact_table()
+    return build_mie_table(axes, range_candidates(radii_um)[0], progress)

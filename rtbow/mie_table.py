@@ -109,6 +109,12 @@ class MieTable:
     def _rows(self, x: Array) -> tuple[slice, NDArray[np.int64], Array]:
         """Rows that sizes need, and the first row and the weights of the spline at each size."""
         place = np.log(floats(x)) / self.axes.step - self.first
+        if place.min() < 1.0 or place.max() >= self.values.shape[1] - 2:
+            ends = self.axes.sizes(floats([self.first + 1, self.first + self.values.shape[1] - 2]))
+            raise InputError(
+                f"size parameters {np.min(x):.4g} to {np.max(x):.4g}; this table of exact theory"
+                f" holds {ends[0]:.4g} to {ends[1]:.4g}; ask for radii within its range"
+            )
         base = np.floor(place).astype(np.int64)
         rows = slice(
             max(int(base.min()) - 2 * _MARGIN, 0),

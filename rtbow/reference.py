@@ -6,7 +6,8 @@ evaluated itself and averaged over the light's disc by quadrature on the sphere;
 summed at the scene's own radius and wavelengths, or looked up in float64 where there are several
 radii. Air columns towards the sun are quadratures through spherical shells, depths of rain are
 integrated exactly between the grid's planes. This is what every faster method is measured against,
-so it shares with them only the scene, the spectra and the optics formulas.
+so it shares with them the scene, the spectra, the optics formulas and, for drops of several sizes,
+the theory's cross-sections as numbers; not how light is gathered along a ray.
 """
 
 from __future__ import annotations
@@ -118,15 +119,16 @@ class _Setup:
 def _set_up(scene: Scene, progress: Progress = no_progress) -> _Setup:
     optics = scene_optics(scene)
     volume = build_volume(scene.droplets)
-    sections = table_sections(scene, optics, volume, progress)
-    rows = None
-    if sections is not None:
-        least, most = volume.radius_range_um
-        if most <= 0.0:  # no drops anywhere: any radius will do
-            least = most = 100.0
-        rows = radius_axis((least, most), volume.sizes)
-        if scene.scattering.theory == "mie" and volume.sizes is None and least == most:
-            sections = DirectMieSections.of(scene, optics, least * 1e-6)
+    least, most = volume.radius_range_um
+    if most <= 0.0:  # no drops anywhere: any radius will do
+        least = most = 100.0
+    exact = scene.scattering.theory == "mie"
+    sections: Sections | None
+    if exact and volume.sizes is None and least == most:
+        sections = DirectMieSections.of(scene, optics, least * 1e-6)
+    else:
+        sections = table_sections(scene, optics, volume, progress)
+    rows = None if sections is None else radius_axis((least, most), volume.sizes)
     rain = rain_extinction(scene, optics, volume) if scene.droplets.extinction else None
     return _Setup(scene, optics, volume, _moments(volume), sections, rows, rain)
 

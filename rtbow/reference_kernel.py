@@ -2,55 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER
+from rtbow.airy_kernel import airy_grid, airy_squared_at
 from rtbow.arrays import Array, Indices
 from rtbow.compiled import compiled, prange
-
-AIRY_LOW, AIRY_HIGH, AIRY_PER_UNIT = -14.0, 34.0, 128
-"""Range in z and density of the grids on which Airy's functions are stepped."""
-
+from rtbow.volume_kernel import interpolate
 
 NODES_PER_LOG_RADIUS = 10.0
-
-
-@lru_cache(maxsize=1)
-def airy_grid() -> Array:
-    """Values and slopes of Ai²(-z) on a fine grid, from scipy: (n, 2)."""
-    from scipy.special import airy
-
-    z = np.linspace(AIRY_LOW, AIRY_HIGH, int((AIRY_HIGH - AIRY_LOW) * AIRY_PER_UNIT) + 1)
-    value, slope = airy(-z)[:2]
-    return np.ascontiguousarray(np.stack([value**2, -2.0 * value * slope], axis=1))
-
-
-@compiled()
-def airy_squared_at(z: float, grid: Array) -> float:
-    """Ai²(-z) to 1e-7 of its peak or better everywhere.
-
-    Cubic Hermite steps of 1/128 up to z = 34, whose error is h⁴/384 times the fourth derivative;
-    beyond, modulus and phase of Abramowitz and Stegun 10.4.78-79.
-    """
-    if z < AIRY_LOW:
-        return 0.0
-    if z >= AIRY_HIGH - 0.01:
-        root = np.sqrt(z)
-        cubed = 1.0 / (z * z * z)
-        modulus = (1.0 - 5.0 / 32.0 * cubed) / (np.pi * root)
-        phase = 0.25 * np.pi + 2.0 / 3.0 * z * root * (
-            1.0 - 5.0 / 32.0 * cubed + 1105.0 / 6144.0 * cubed * cubed
-        )
-        return float(modulus * np.sin(phase) ** 2)
-    at = (z - AIRY_LOW) * AIRY_PER_UNIT
-    k = int(at)
-    f = at - k
-    g = 1.0 - f
-    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
-    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
-    return float(g * g * left + f * f * right)
 
 
 @compiled()
@@ -76,38 +36,6 @@ def cut_ray(
         for j in range(1, pieces + 1):
             fine.append(ordered[k] + length * j / pieces)
     return np.array(fine)
-
-
-@compiled()
-def _cell(at: float, low: float, high: float, count: int) -> tuple[int, float, int]:
-    """First grid point of the cell that holds a coordinate, the share towards the next, and the
-    step to it: 0 where there is but one point."""
-    if count == 1:
-        return 0, 0.0, 0
-    place = (at - low) / (high - low) * (count - 1)
-    index = min(max(int(np.floor(place)), 0), count - 2)
-    return index, place - index, 1
-
-
-@compiled()
-def interpolate(point: Array, box: Array, moments: Array) -> tuple[float, float]:
-    """Trilinear density and density · radius at a point of the box."""
-    nz, ny, nx = moments.shape[:3]
-    x, fx, sx = _cell(point[0], box[0, 0], box[1, 0], nx)
-    y, fy, sy = _cell(point[1], box[0, 1], box[1, 1], ny)
-    z, fz, sz = _cell(point[2], box[0, 2], box[1, 2], nz)
-    density, product = 0.0, 0.0
-    for k in range(2):
-        share_z = fz if k else 1.0 - fz
-        for j in range(2):
-            share_y = share_z * (fy if j else 1.0 - fy)
-            for i in range(2):
-                share = share_y * (fx if i else 1.0 - fx)
-                if share != 0.0:
-                    at = moments[z + k * sz, y + j * sy, x + i * sx]
-                    density += share * at[0]
-                    product += share * at[1]
-    return density, product
 
 
 @compiled()

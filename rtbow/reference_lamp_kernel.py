@@ -2,56 +2,16 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
+from rtbow.airy_kernel import AIRY_LOW, airy_grid, airy_squared_at, running_at, running_grid
 from rtbow.arrays import Array, Indices
 from rtbow.compiled import compiled, prange
-from rtbow.reference_kernel import (
-    AIRY_HIGH,
-    AIRY_LOW,
-    AIRY_PER_UNIT,
-    airy_grid,
-    airy_squared_at,
-    cut_by_depth,
-    cut_ray,
-    interpolate,
-)
+from rtbow.reference_kernel import cut_by_depth, cut_ray
+from rtbow.volume_kernel import interpolate
 
 _DISTANCE_RATIO = 1.07
 """Largest ratio of the distances from a lamp with a diameter to the ends of a piece."""
-
-
-@lru_cache(maxsize=1)
-def _running_grid() -> Array:
-    """Running integrals of Ai²(-z) and Ai²(-z) itself, their slope, on a fine grid: (n, 2)."""
-    from rtbow.airy import airy_squared_and_integral
-
-    count = int((AIRY_HIGH - AIRY_LOW) * AIRY_PER_UNIT) + 1
-    value, integral = airy_squared_and_integral(np.linspace(AIRY_LOW, AIRY_HIGH, count))
-    return np.ascontiguousarray(np.stack([integral, value], axis=1))
-
-
-@compiled()
-def _running_at(z: float, grid: Array) -> float:
-    """Integral of Ai²(-z) from the shadow up to z, to 1e-7: Hermite steps, asymptotic beyond."""
-    if z < AIRY_LOW:
-        return 0.0
-    if z >= AIRY_HIGH - 0.01:
-        root = np.sqrt(z)
-        cubed = z * root
-        psi = 4.0 / 3.0 * cubed - 5.0 / (24.0 * cubed)
-        mean = root / np.pi * (1.0 + 1.0 / (32.0 * cubed * cubed))
-        ripple = np.cos(psi) / (4.0 * np.pi * z) + np.sin(psi) / (8.0 * np.pi * z * cubed)
-        return float(mean - ripple)
-    at = (z - AIRY_LOW) * AIRY_PER_UNIT
-    k = int(at)
-    f = at - k
-    g = 1.0 - f
-    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
-    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
-    return float(g * g * left + f * f * right)
 
 
 @compiled()
@@ -210,7 +170,7 @@ def _integrate_lamp(
                         shift = spread * np.cos(angle)
                         chord = 2.0 / count * np.sin(angle) ** 2 if count > 1 else 1.0
                         if abs(high - low) > 1e-3:
-                            rise = _running_at(high + shift, running) - _running_at(
+                            rise = running_at(high + shift, running) - running_at(
                                 low + shift, running
                             )
                             mean += chord * rise / (high - low)
@@ -255,7 +215,7 @@ def integrate_lamp(
     Returns:
         X, Y, Z per pixel (n, 3), Y in cd/m².
     """
-    grids = (_running_grid(), airy_grid())
+    grids = (running_grid(), airy_grid())
     return np.asarray(
         _integrate_lamp(
             start, pieces, column, depth, perpendicular, bows, sides, air_depth, rain_ratio,

@@ -225,7 +225,7 @@ class NormalRadius(_Mixed):
     distribution: Literal["normal"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
     mean_um: RadiusUm = Field(description="mean radius", json_schema_extra=_unit("µm"))
     std_um: float = Field(
-        gt=0,
+        ge=0.1,
         le=MAX_RADIUS_UM,
         description="standard deviation of the radius",
         json_schema_extra=_unit("µm"),

@@ -13,13 +13,18 @@ from rtbow.errors import InputError
 from rtbow.sections import Sections
 from rtbow.sizes import Sizes
 
-_LARGEST_BYTES = 768 * 2**20
+_LARGEST_BYTES = 1024 * 2**20
 _LARGEST_FLOAT32_BYTES = 128 * 2**20
 """Beyond this the table is stored in half floats, whose 11 bits round by 2.4e-4."""
 _HALF_MAX = 30_000.0
 _ROW_STEP = 0.01
 """Distance of rows in ln(radius): with the 2 % spread, linear interpolation errs by 0.4 % of the
-bow's peak at most without a disc, less with one; wider where the table would grow too large."""
+bow's peak at most without a disc, less with one."""
+_COARSE_ROW_STEP = 0.015
+"""The same where the table would grow too large: 0.6 %."""
+_MOST_EVEN = 12_000.0
+"""Even texels across the angles, at most: GL devices take rows of 16,384. A point light's fringes
+on drops of a millimetre are finer."""
 _PER_FOLD = 60.0
 """Texels per factor e of the distance from a pole: 4 for the finest rings that a spread of 2 %
 leaves."""
@@ -81,7 +86,7 @@ def angle_axis(low: float, high: float, disc_rad: float, largest_m: float) -> An
     # At the violet end, where detail is finest.
     x = 2.0 * np.pi * largest_m / 380e-9
     bow = 0.12 / x ** (2.0 / 3.0)
-    even = math.hypot(disc_rad / 8.0, bow)
+    even = max(math.hypot(disc_rad / 8.0, bow), (high - low) / _MOST_EVEN)
     # Rings about the poles are 1/x wide; a disc leaves nothing finer than itself.
     ring = min(math.hypot(disc_rad / 8.0, 0.25 / x), even)
     return AngleAxis(max(low, 0.0), min(high, np.pi), 1.0 / even, _PER_FOLD, _PER_FOLD * ring)
@@ -175,17 +180,15 @@ def section_table(
     """
     theta = angles.angles()
     channels = (2 if components else 1) * (2 if running else 1)
-    step = _ROW_STEP
-    while True:
+    for step in (_ROW_STEP, _COARSE_ROW_STEP):
         radii = radius_axis(radii_um, mixture, step)
         count = len(discs_rad) * wavelengths * len(radii.radius_m) * len(theta) * channels
-        if 2 * count <= _LARGEST_BYTES // 2 or len(radii.radius_m) == 1 or step > 0.03:
+        if 4 * count <= _LARGEST_BYTES:
             break
-        step *= 1.5
-    if 2 * count > _LARGEST_BYTES:
+    else:
         raise InputError(
             f"cross-sections of drops from {radii_um[0]:g} to {radii_um[1]:g} um at {wavelengths}"
-            f" wavelengths would take {2 * count / 2**20:.0f} MiB; must be at most"
+            f" wavelengths would take {4 * count / 2**20:.0f} MiB; must be at most"
             f" {_LARGEST_BYTES / 2**20:.0f}; use a larger render.wavelength_step_nm, a narrower"
             ' range of radii, or droplets.radius.mixing = "local"'
         )

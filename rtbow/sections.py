@@ -12,12 +12,12 @@ from typing import Literal, Protocol
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, bows
+from rtbow.airy_kernel import airy_grid, airy_squared_at, running_at, running_grid
 from rtbow.arrays import Array, Progress, floats, no_progress
 from rtbow.compiled import compiled, prange
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
 from rtbow.mie_store import compact_table, mie_table
 from rtbow.mie_table import MieSections, disc_grid, resample, standard_axes
-from rtbow.reference_kernel import airy_grid, airy_squared_at
 from rtbow.sizes import Sizes
 from rtbow.table import AiryTable, airy_table
 from rtbow.water import relative_index
@@ -78,20 +78,22 @@ class AirySections:
     def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
         """Give the mean over drops of several sizes, (W, U, 2).
 
-        Airy's function itself at each size, on angles that are dense about the bows, and the disc
-        by quadrature on them.
+        Airy's function averaged over the cell of each size, on angles that are dense about the
+        bows, and the disc by quadrature on them.
         """
         axes = standard_axes(DEFAULT_SPREAD)
         nodes, weights = disc_grid(floats(theta_rad), disc_rad)
         out = np.empty((len(self.index), len(theta_rad), 2))
         the_bows = bows(self.orders, self.wavelength_m, self.index)
-        powers = sizes.radius_m**SCALE_POWER, sizes.share * sizes.radius_m**RADIUS_POWER
+        powers = sizes.edges_m**SCALE_POWER, sizes.share * sizes.radius_m**RADIUS_POWER
         for w, m in enumerate(self.index):
             theta = axes.angles(float(m))
             values = np.zeros((len(theta), 2))
             for b in the_bows:
                 excess = b.side * (theta - b.angle_rad[w])
-                shape = airy_mixture(float(b.scale[w]), excess, *powers, airy_grid())
+                shape = airy_mixture(
+                    float(b.scale[w]), excess, *powers, running_grid(), airy_grid()
+                )
                 strength = np.array([b.perpendicular[w], b.parallel[w]])
                 values += shape[:, None] * strength
             out[w] = resample(values, axes.angle_places(nodes, float(m)), weights)
@@ -100,13 +102,34 @@ class AirySections:
 
 @compiled(parallel=True)
 def airy_mixture(
-    scale: float, excess: Array, radius_scale: Array, weight: Array, grid: Array
+    scale: float, excess: Array, edge_scale: Array, weight: Array, running: Array, grid: Array
 ) -> Array:
-    """Sum Ai²(-scale · radius_scale · excess) over sizes with weights, at angles (T,)."""
+    """Sum Ai² over sizes with weights (R,), each its mean over a cell of sizes, at angles (T,).
+
+    A single size for each cell would alias: fringes far inside the bow turn by more than pi from
+    one to the next.
+
+    Args:
+        scale: z per rad and per ``edge_scale``.
+        excess: angles into the bright side (T,), rad.
+        edge_scale: radius^(2/3) at the cells' ends (R + 1,).
+        weight: (R,).
+        running: integrals of Ai² (:func:`running_grid`).
+        grid: Ai² (:func:`airy_grid`).
+    """
     total = np.zeros(len(excess))
     for k in prange(len(excess)):
+        low = scale * edge_scale[0] * excess[k]
+        before = running_at(low, running)
         for r in range(len(weight)):
-            total[k] += weight[r] * airy_squared_at(scale * radius_scale[r] * excess[k], grid)
+            high = scale * edge_scale[r + 1] * excess[k]
+            after = running_at(high, running)
+            # Integrals are good to 1e-7, which a narrow cell would magnify.
+            if abs(high - low) > 0.02:
+                total[k] += weight[r] * (after - before) / (high - low)
+            else:
+                total[k] += weight[r] * airy_squared_at(0.5 * (low + high), grid)
+            low, before = high, after
     return total
 
 

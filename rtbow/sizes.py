@@ -27,9 +27,8 @@ MARSHALL_PALMER_N0_M4 = 8e6
 _FINE_STEP = 1e-3
 """Step in ln(radius) on which distributions are tabulated."""
 _NODE_STEP = 0.01
-"""Step in ln(radius) of the sizes that stand for a distribution: half the width of the table's own
-spread. Without that spread (Airy), fringes whose phase turns by more than pi between sizes would
-pass for none; those of a distribution wider than this are gone."""
+"""Step in ln(radius) of the sizes that stand for a distribution: half the width of the exact
+table's own spread; Airy's function is averaged over each step."""
 _LEFT_OUT = 1e-6
 """Share of the cross-section area at each end of a distribution that may be cut off."""
 
@@ -61,6 +60,16 @@ class Sizes:
     radius_m: Array
     share: Array
     number_per_m3: float
+
+    @property
+    def edges_m(self) -> Array:
+        """Ends of the cells that the radii stand for (n + 1,): half-way in the logarithm."""
+        log = np.log(self.radius_m)
+        if len(log) == 1:
+            return floats(np.exp(np.array([log[0] - 1e-9, log[0] + 1e-9])))
+        inner = 0.5 * (log[1:] + log[:-1])
+        ends = 2.0 * log[0] - inner[0], 2.0 * log[-1] - inner[-1]
+        return floats(np.exp(np.concatenate([ends[:1], inner, ends[1:]])))
 
     @property
     def effective_radius_m(self) -> float:
@@ -151,7 +160,10 @@ def _support(radius: Radius) -> tuple[float, float]:
 def _tabulated(radius: Radius, rain_rate_mm_h: float | None) -> tuple[Array, Array]:
     """Radii (µm) evenly in the logarithm, and the number of drops per ln(radius) there."""
     low, high = _support(radius)
-    count = max(64, int(np.ceil(np.log(high / low) / _FINE_STEP)))
+    step = _FINE_STEP
+    if isinstance(radius, NormalRadius):
+        step = min(step, 0.1 * radius.std_um / radius.mean_um)
+    count = max(64, int(np.ceil(np.log(high / low) / step)))
     at = np.geomspace(low, high, count + 1)
     log_number = _log_density(radius, rain_rate_mm_h)(at) + np.log(at)
     return floats(at), floats(np.exp(log_number - log_number.max()))
@@ -197,7 +209,10 @@ def distribution(radius: Radius, density: Density) -> Sizes:
         slope = marshall_palmer_slope(density.rain_rate_mm_h)
         ends = np.exp(-slope * 2e-6 * np.array([radius.min_um, radius.max_um]))
         total = float(MARSHALL_PALMER_N0_M4 / slope * (ends[0] - ends[1]))
-    return Sizes(radius_um * 1e-6, amount[kept] / amount.sum(), total)
+    # What is cut off by area may be many of the small drops.
+    return Sizes(
+        radius_um * 1e-6, amount[kept] / amount.sum(), total * float(amount.sum() / drops[-1])
+    )
 
 
 def quantiles(radius: Radius, share: Array) -> Array:

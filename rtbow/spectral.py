@@ -32,7 +32,8 @@ _MAX_STEPS = 1 << 20
 _MAX_SECTIONS = 128
 """Cross-sections that a pixel may keep in an array, over wavelengths and suns. Mesa's CPU driver
 takes 0.4 s to compile an array of 81 and minutes for one of 401."""
-_LOOP_BUDGET = 50_000
+_LOOPS = 65_000
+_LOOP_BUDGET = 45_000
 """Loop iterations of one pixel in one pass. Mesa's CPU driver ends all of a shader's loops after
 65,535 iterations in sum, silently; longer marches are drawn in several passes that add up."""
 _TILE_SECONDS = 0.15
@@ -277,6 +278,20 @@ class SpectralPass:
         each = len(optics.wavelength_nm) * (1 + len(optics.bows)) + _LAMP_DEPTH_SAMPLES + 4
         return 4 + lights * each
 
+    def _check_depth_loops(self, optics: Optics) -> None:
+        """Refuse marches in several passes each of which would sum depths for too long."""
+        # Every pass sums the rain's depth from the start of the ray: once for all suns, and with
+        # several samples a step for each lamp.
+        suns = 1 if optics.suns else 0
+        prefix = self._steps * (suns + len(optics.lamps) * (1 + _LAMP_DEPTH_SAMPLES))
+        if prefix > _LOOPS - _LOOP_BUDGET:
+            raise InputError(
+                f"{self._steps} steps along a ray through rain that attenuates, for"
+                f" {len(self._scene.light)} lights, are more than a shader's loops hold; use a"
+                " smaller render.steps, a coarser volume, fewer lamps, a larger"
+                " render.wavelength_step_nm, or --method reference"
+            )
+
     def _texture(self, data: Float32, channels: int, *, linear: bool) -> moderngl.Texture:
         rows, columns = data.shape[:2]
         contiguous = np.ascontiguousarray(data, dtype=np.float32)
@@ -415,13 +430,17 @@ class SpectralPass:
         self._set("cellsPerMetre", tuple(rates.cells_per_metre))
         self._set("airPerMetre", rates.air_per_metre)
         self._set("fixedSteps", steps or 0)
-        self._steps = min(steps or most_steps(rates, volume), _MAX_STEPS)
+        least = LEAST_RAIN_SAMPLES if parts.rain is not None else 1
+        self._steps = min(steps or max(most_steps(rates, volume), least), _MAX_STEPS)
         self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
         if optics.lamps:
             # Each stretch of a ray gets its half of an even number.
             count = steps or lamp_steps(rates, volume)
             self._steps = max(self._steps, count + count % 2)
             self._set("lampSteps", count)
+        if parts.rain is not None and self._steps > self._steps_per_pass:
+            self._check_depth_loops(optics)
+        if optics.lamps:
             spheres = [(*(lamp.position_m - eye), lamp.radius_m) for lamp in optics.lamps]
             self._set_array("lampSphere", spheres)
         directions = [tuple(sun.direction) for sun in optics.suns]

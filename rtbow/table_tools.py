@@ -10,10 +10,12 @@ import numpy as np
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared, bow
 from rtbow.arrays import Array, Progress, no_progress
+from rtbow.cache import FOLDER_VARIABLE, cache_dir
 from rtbow.constants import MAX_RADIUS_UM
 from rtbow.disc import disc_mean
 from rtbow.errors import InputError
-from rtbow.mie_build import build_mie_table
+from rtbow.mie_build import build_mie_table, kept_table
+from rtbow.mie_store import range_candidates
 from rtbow.mie_table import TABLE_RADII_UM, standard_axes
 from rtbow.table import AiryTable, airy_table, build_airy_table, near_z_high
 from rtbow.water import relative_index
@@ -69,11 +71,18 @@ def describe_mie_build(
             f"--max-radius-um: {max_radius_um:g} is not allowed; must be 10..{MAX_RADIUS_UM:g}"
         )
     begun = time.perf_counter()
-    axes = standard_axes(spread_percent / 100.0)
-    table = build_mie_table(axes, (low, max_radius_um), progress, workers, scheduler)
+    axes = standard_axes(round(spread_percent / 100.0, 9))
+    # One of the ranges that scenes look for.
+    ends = range_candidates((low, max_radius_um))[0]
+    table = build_mie_table(axes, ends, progress, workers, scheduler)
     took = time.perf_counter() - begun
+    if kept_table(axes, ends) is None:
+        raise InputError(
+            f"{cache_dir()}: the table was built and cannot be kept there; free some space, or set"
+            f" {FOLDER_VARIABLE} to another folder"
+        )
     return (
-        f"mie: {low:g}-{max_radius_um:g} um, spread {spread_percent:g} %, ready in {took:.1f} s,"
+        f"mie: {ends[0]:g}-{ends[1]:g} um, spread {spread_percent:g} %, ready in {took:.1f} s,"
         f" {'x'.join(map(str, table.values.shape))} values, {table.values.nbytes / 2**20:.0f} MiB"
     )
 

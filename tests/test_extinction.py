@@ -117,8 +117,7 @@ def test_even_slab(method, depth):
     clear = render(make(SLAB, depth, extinction=False), method)
     directions = rays(make(SLAB, depth))
     to_eye, to_sun = 1.0 / directions[..., 1], 1.0 / np.cos(np.radians(20.0))
-    u = depth * (to_eye + to_sun) / to_eye  # per way along the ray, over the ray's own depth
-    u = u * to_eye
+    u = depth * (to_eye + to_sun)
     expected = -np.expm1(-u) / u
     bright = clear[..., 1] > 1e-3 * clear.max()
     assert np.count_nonzero(bright) > 20
@@ -126,6 +125,45 @@ def test_even_slab(method, depth):
     np.testing.assert_allclose(
         passed, np.broadcast_to(expected[bright, None], passed.shape), rtol=1e-3
     )
+
+
+@pytest.mark.parametrize("method", ["spectral", "reference"])
+def test_small_drops_dim_colours_by_their_own_efficiency(method, tmp_path):
+    """Two narrow lines through 2 µm drops: Beer and Lambert with Q summed here."""
+    from rtbow.mie import efficiency
+    from rtbow.water import relative_index
+
+    radius_m = 2e-6
+    passed = {}
+    for nm in (420.0, 700.0):
+        line = tmp_path / f"line{nm:.0f}.csv"
+        rows = [(300, 0), (nm - 20, 0), (nm, 1), (nm + 20, 0), (800, 0)]
+        line.write_text("".join(f"{at},{value}\n" for at, value in rows), "utf-8")
+        change = {"light": [WHITE | {"spectrum": str(line), "angular_diameter_deg": 0.0}]}
+        drops = {
+            "radius": {"distribution": "constant", "radius_um": 2.0},
+            "density": {"number_per_m3": 1e9},
+            "extinction_efficiency": None,
+        }
+        scattering = {"theory": "mie"}
+        clear, dimmed = (
+            render(
+                make(SLAB, 1.0, on, droplets=dict(drops), scattering=scattering, **change), method
+            )
+            for on in (False, True)
+        )
+        passed[nm] = (dimmed @ [0.2126, 0.7152, 0.0722]) / (clear @ [0.2126, 0.7152, 0.0722])
+        m = float(relative_index(np.array([nm]), 20.0)[0])
+        sizes = 2.0 * np.pi * radius_m / (nm * 1e-9) * np.exp(0.02 * np.linspace(-3.5, 3.5, 141))
+        weight = np.exp(-0.5 * np.linspace(-3.5, 3.5, 141) ** 2)
+        q = weight @ [efficiency(float(x), m) for x in sizes] / weight.sum()
+        depth = 1e9 * np.pi * radius_m**2 * q * THICKNESS_M
+        to_eye = 1.0 / rays(make(SLAB, 1.0))[..., 1]
+        u = depth * (to_eye + 1.0 / np.cos(np.radians(20.0)))
+        expected = -np.expm1(-u) / u
+        # The line is 20 nm wide, over which Q changes by a percent.
+        assert np.abs(passed[nm] / expected - 1.0).max() < 0.012
+    assert np.abs(passed[420.0] / passed[700.0] - 1.0).min() > 0.03
 
 
 def box_expected(scene, beta, azimuth_deg):

@@ -7,9 +7,9 @@ from glsl_probe import probe
 
 from rtbow.camera import box_span, camera_basis, pixel_directions
 from rtbow.colour import XYZ_TO_RGB, xyz_to_rgb
-from rtbow.reference_kernel import interpolate
 from rtbow.scene import Camera
 from rtbow.spectral import _matrix_literal
+from rtbow.volume_kernel import interpolate
 
 
 def rounded(values):

@@ -441,6 +441,10 @@ def lamp_cases() -> list[Case]:
              [lamp(**at)], sky),
         Case("lamp-at-eye", "every ray begins in it", 1e-4, view((0.0, 0.0, 0.0)),
              [lamp(position_m=[0.0, 0.0, 0.0], diameter_m=0.0)], sky),
+        # Of a rounding, without it, any share of both components.
+        Case("lamp-at-eye-polarizer", "no way to it, and no scattering plane", 1e-3,
+             dict(view((0.01, -1.2, 0.1))) | {"polarizer_deg": 70.0},
+             [lamp(position_m=[0.01, -1.2, 0.1], diameter_m=0.0)], drops(ROUND_THE_EYE, 1.3)),
         Case("lamp-far", "a lamp like a sun, 10,000 km away", 1e-3, view((0.0, 0.0, 0.0)),
              [lamp(position_m=[0.0, -1e7, 1e6], luminous_flux_lm=1e12)], sky),
     ]  # fmt: skip
@@ -653,9 +657,11 @@ def test_any_scene_is_the_references(gl_contexts, scene):
     # Colours outside of Rec. 709 have negative components, but no negative light.
     luminance = frame.astype(np.float64) @ LUMINANCE
     assert luminance.min() >= -1e-6 * np.abs(frame).max()
-    level = np.percentile(exact @ LUMINANCE, 99.5)
+    # The brightest number, since a red pixel may be the only one with light.
+    level = np.abs(exact).max()
     if level < 1e-30:  # so deep in fog or shadow that float32 ends
         assert np.abs(frame).max() < 1e-25
         return
-    # 18 in thousands of scenes, of the table near the sun and of lamps' discs.
-    assert errors_of(frame, exact, 99.5).max() < 2.5e-2
+    # 8 in a thousand scenes, of wide discs; by exact theory 18, of its table near the sun.
+    bound = 2.5e-2 if scene.scattering.theory == "mie" else 1.2e-2
+    assert np.abs(frame - exact).max() < bound * level

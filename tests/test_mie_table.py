@@ -17,7 +17,7 @@ from rtbow.mie import intensities
 from rtbow.mie_average import coherent, mean_efficiency, mean_intensities, node_intensities
 from rtbow.mie_axes import INDEX_RANGE, MieAxes
 from rtbow.mie_build import build_mie_table
-from rtbow.mie_store import COMPACT_FILE, compact_table, pack, unpack
+from rtbow.mie_store import COMPACT_FILE, compact_table, pack, range_candidates, unpack
 from rtbow.mie_table import MieSections, standard_axes
 from rtbow.sections import water_sections
 from rtbow.sizes import Sizes
@@ -89,6 +89,25 @@ def test_orders_add_as_intensities_where_the_spread_blurs_them():
     assert np.abs(got - whole).max() < 0.01 * whole[:, 4:6].max()
 
 
+@pytest.mark.parametrize(("spread", "x"), [(0.01, 700.0), (0.05, 150.0), (0.1, 30.0), (0.2, 60.0)])
+def test_other_spreads(spread, x):
+    """A block of nodes from below x on, as a build cuts them; each node against its own sum."""
+    axes = standard_axes(spread)
+    count = max(round(0.48 / axes.step), 1)
+    nodes = np.log(x) + np.arange(count) * axes.step
+    m = float(axes.index_nodes[1])
+    got = node_intensities(axes, nodes, m)
+    theta = axes.angles(m)
+    wanted = np.radians([3.0, 40.0, 110.0, 139.0, 144.0, 160.0, 177.0])
+    at = np.array([int(np.argmin(np.abs(theta - t))) for t in wanted])
+    for j in {0, count - 1}:
+        size = float(np.exp(nodes[j]))
+        exact = plain_mean(size, m, theta[at], spread, 4001 if spread < 0.1 else 8001)
+        level = np.maximum(exact, 0.3 * exact[:, 3:5].max())
+        # What resonances leave to chance: 1 % at worst.
+        assert (np.abs(got[j][:, at] - exact) / level).max() < 0.03
+
+
 def test_thinned_angles_lie_on_all_of_them():
     nodes = np.log(np.array([50.0]))
     got = node_intensities(STANDARD, nodes, 1.334)
@@ -128,18 +147,23 @@ def test_packing_rounds_by_less_than_two_per_mille():
 
 
 # Between the nodes of size and index; worst deviations seen: 0.8 % of the bow's peak.
-PLACES = [(8.3, 411.0), (21.7, 553.0), (52.4, 640.0), (117.0, 702.0), (233.0, 460.0)]
+PLACES = [
+    (1.0, 780.0), (8.3, 411.0), (21.7, 553.0), (52.4, 640.0), (117.0, 702.0), (233.0, 460.0),
+    (700.0, 620.0), (1500.0, 381.0),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("radius_um", "nm"), PLACES)
 @pytest.mark.parametrize("disc_deg", [0.0, 0.533])
 def test_look_up_against_direct_sums(radius_um, nm, disc_deg):
-    """At radii and wavelengths between the nodes, up to a degree from the antisolar point."""
+    """At radii and wavelengths between the nodes, and at the table's ends."""
     m = float(relative_index(np.array([nm]), 20.0)[0])
     x = 2.0 * np.pi * radius_um * 1e3 / nm
     disc_rad = np.radians(0.5 * disc_deg)
-    theta = np.radians([30.0, 90.0, 120.0, 126.0, 131.0, 136.0, 138.0, 139.0, 141.0, 146.0, 160.0])
-    discs = [disc_nodes(t, disc_rad, 30) for t in theta]
+    theta = np.radians(
+        [0.3, 2.0, 30.0, 90.0, 120.0, 126.0, 131.0, 136.0, 138.0, 139.0, 141.0, 146.0, 160.0, 178.0]
+    )
+    discs = [disc_nodes(t, disc_rad, 90) for t in theta]
     nodes = np.concatenate([angles for angles, _ in discs])
     every = mean_intensities(STANDARD, np.array([np.log(x)]), m, nodes)[0]
     ends = np.cumsum([0, *(len(angles) for angles, _ in discs)])
@@ -149,9 +173,13 @@ def test_look_up_against_direct_sums(radius_um, nm, disc_deg):
     sections = MieSections(compact_table(), np.array([nm * 1e-9]), np.array([m]))
     got = sections.sections(np.array([radius_um * 1e-6]), theta, disc_rad)[0, 0]
     direct = direct * (radius_um * 1e-6) ** 2
-    peak = direct[6:9].mean(axis=1).max()
+    peak = direct[8:11].mean(axis=1).max()
     error = np.abs(got - direct).mean(axis=1) / np.maximum(peak, direct.mean(axis=1))
-    assert error.max() < 0.01
+    # Bows of high order are sharp on drops over 1 mm and move fast with the index.
+    assert error[2:].max() < (0.01 if radius_um < 1000.0 else 0.035)
+    # Near the sun, of the light there: rings of a point light turn fast.
+    assert error[0] < (0.03 if radius_um < 1000.0 else 0.12)
+    assert error[1] < 0.03
 
 
 def test_mixture_is_the_sum_of_its_sizes():
@@ -165,7 +193,7 @@ def test_mixture_is_the_sum_of_its_sizes():
 
 @pytest.mark.parametrize("theory", ["airy", "mie"])
 def test_theories_agree_on_the_bow_of_a_large_drop(theory):
-    """Peak of the primary against van de Hulst's values in PHYSICS of the literature: 138.4°."""
+    """Peak of the primary: Descartes' 137.9° and Airy's shift of 1.0188 / scale (Ai's maximum)."""
     sections = water_sections(theory, np.array([550.0]), 20.0, (500.0, 500.0))
     theta = np.radians(np.linspace(137.0, 140.0, 601))
     profile = sections.sections(np.array([5e-4]), theta, 0.0)[0, 0].mean(axis=1)
@@ -177,6 +205,28 @@ def test_perpendicular_light_dominates_the_bow():
     sections = water_sections("mie", np.array([550.0]), 20.0, (500.0, 500.0))
     both = sections.sections(np.array([5e-4]), np.radians([138.4]), 0.00465)[0, 0, 0]
     assert both[0] / both[1] > 10.0
+
+
+def test_sizes_beyond_the_table_are_refused():
+    sections = MieSections(compact_table(), np.array([500e-9]), np.array([1.335]))
+    for radius_m in (1e-7, 4e-3):
+        with pytest.raises(InputError, match="size parameters"):
+            sections.sections(np.array([radius_m]), np.array([2.0]), 0.0)
+
+
+def test_damaged_tables_are_told():
+    data = COMPACT_FILE.read_bytes()
+    for wrong in (data[:-10], data[:100] + b"\0" + data[101:], b"", data[:40]):
+        with pytest.raises(RtbowError, match="install rtbow anew"):
+            unpack(wrong)
+
+
+@pytest.mark.parametrize("radii", [(1.0, 1500.0), (300.0, 300.0), (20.0, 700.0), (2000.0, 2000.0)])
+def test_few_ranges_serve_all_radii(radii):
+    for low, high in range_candidates(radii):
+        assert low <= radii[0]
+        assert radii[1] <= high
+    assert range_candidates(radii)[0][1] <= 2.6 * radii[1]
 
 
 def test_wavelengths_and_temperatures_beyond_the_table_are_refused():

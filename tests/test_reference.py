@@ -16,9 +16,10 @@ from textbook import (
 )
 
 from rtbow import reference
+from rtbow.airy_kernel import airy_grid, airy_squared_at
 from rtbow.colour import colour_matching
 from rtbow.reference import render_reference
-from rtbow.reference_kernel import airy_grid, airy_squared_at, sample_rays
+from rtbow.reference_kernel import sample_rays
 from rtbow.scene import Scene
 from rtbow.volume import DropletVolume, save_volume
 from rtbow.water import relative_index

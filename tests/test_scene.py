@@ -237,7 +237,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         ("light.0", "spectrum", "text in quotes"),
         ("droplets", "seed", "a whole number, 0 or more"),
         ("droplets", "box_m", "a list of 2 lists of 3 numbers, each -1e7..1e7"),
-        ("droplets.radius", "std_um", "a number, greater than 0 and up to 5000"),
+        ("droplets.radius", "std_um", "a number, 0.1..5000"),
         (
             "droplets.radius",
             "distribution",

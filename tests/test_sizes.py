@@ -198,6 +198,33 @@ def test_a_mixed_volume_is_the_sum_of_its_sizes(theory):
     assert np.abs(frame - exact).max() < 2e-3 * exact.max()
 
 
+@pytest.mark.parametrize("disc_rad", [0.0, 0.00465])
+def test_airys_fringes_do_not_alias_between_sizes(disc_rad):
+    """Far inside the bow neighbouring sizes differ by more than a fringe: thousands of them."""
+    radius = UniformRadius(distribution="uniform", min_um=300.0, max_um=700.0)
+    sections = water_sections("airy", np.array([550.0]), 20.0, (300.0, 700.0))
+    theta = np.radians(np.array([138.5, 140.0, 145.0, 150.0, 155.0, 160.0, 165.0]))
+    got = sections.mixed(distribution(radius, DROPS), theta, disc_rad)[0].mean(axis=1)
+    radii = np.linspace(300.05e-6, 699.95e-6, 4000)
+    each = np.concatenate(
+        [
+            sections.sections(part, theta, disc_rad)[:, 0].mean(axis=2)
+            for part in np.split(radii, 40)
+        ]
+    )
+    # A point light shows what the ends of the range leave, finer than the angles (6e-3).
+    np.testing.assert_allclose(got, each.mean(axis=0), rtol=3e-3 if disc_rad else 1e-2)
+
+
+def test_small_drops_that_are_cut_off_are_not_counted():
+    whole = MarshallPalmerRadius(distribution="marshall-palmer", min_um=1.0, max_um=1500.0)
+    sizes = distribution(whole, Density(rain_rate_mm_h=5.0))
+    slope = 2924.15
+    u = np.linspace(2e-6 * slope, 3e-3 * slope, 200001)
+    second = np.trapezoid(u**2 * np.exp(-u), u) / slope**3 * 8e6 / 4.0
+    assert sizes.number_per_m3 * moments(sizes, 2)[0] == pytest.approx(second, rel=1e-3)
+
+
 def test_a_grid_of_mixed_drops_is_the_uniform_volume():
     mixed = {"distribution": "uniform", "min_um": 50.0, "max_um": 90.0, "mixing": "local"}
     with_grid = render(scene_of(mixed, "airy", grid=[5, 4, 3]))
