@@ -21,7 +21,8 @@ Number depthTowards(sampler3D towardsLights, vec3 place, int light, float lights
 Position cornerFrom(Position corner, Direction ray, Length distance) {
     Position from;
     for (int axis = 0; axis < 3; ++axis) {
-        from[axis] = ray[axis] == 0.0 ? corner[axis] : (corner[axis] / ray[axis] - distance) * ray[axis];
+        Number along = ray[axis];
+        from[axis] = along == 0.0 ? corner[axis] : (corner[axis] / along - distance) * along;
     }
     return from;
 }

@@ -178,7 +178,7 @@ def test_look_up_against_direct_sums(radius_um, nm, disc_deg):
     # Bows of high order are sharp on drops over 1 mm and move fast with the index.
     assert error[2:].max() < (0.01 if radius_um < 1000.0 else 0.035)
     # Near the sun, of the light there: rings of a point light turn fast.
-    assert error[0] < (0.03 if radius_um < 1000.0 else 0.12)
+    assert error[0] < (0.03 if radius_um < 1000.0 else 0.2)
     assert error[1] < 0.03
 
 
