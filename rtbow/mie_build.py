@@ -138,7 +138,8 @@ def _cluster(todo: list[Part], scheduler: str) -> Results:
         from distributed import as_completed as futures_completed
     except ImportError:
         raise UnavailableError(
-            "a Dask cluster needs the package distributed; install it, as with pip install '.[cluster]' in a checkout"
+            "a Dask cluster needs the package distributed; install it, as with"
+            " pip install '.[cluster]' in a checkout"
         ) from None
     try:
         client = Client(scheduler, timeout="5s")  # type: ignore[no-untyped-call]
