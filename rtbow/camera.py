@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from rtbow.arrays import Array, floats
+from rtbow.constants import NO_PLANE
 from rtbow.scene import Camera
-
-NO_PLANE = 1e-9
-"""Square of the angle from a light's own line within which the scattering plane is given up: what
-is left of it there is rounding."""
 
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Array:

@@ -22,7 +22,15 @@ from rtbow import __version__
 from rtbow.airy import SCALE_POWER, bow
 from rtbow.arrays import Array, Progress, floats, no_progress
 from rtbow.colour import xyz_to_rgb
-from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
+from rtbow.constants import (
+    MAX_DISC_DEG,
+    MAX_RADIUS_UM,
+    MIN_RADIUS_UM,
+    SIZE_SPREADS,
+    SUN_DIAMETER_DEG,
+    VISIBLE_NM,
+    WATER_C,
+)
 from rtbow.display import auto_exposure_ev, display
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
@@ -44,9 +52,7 @@ LEE_SIZE = (300, 400)
 MAX_LEE_SIDE = 4000
 LEE_STEP_NM = 5.0
 
-_MAX_DISC_DEG = 5.0
-_SPREAD_PERCENT = (1.0, 20.0)
-_WATER_C = (-12.0, 60.0)
+_SPREAD_PERCENT = (100.0 * SIZE_SPREADS[0], 100.0 * SIZE_SPREADS[1])
 _AIRY_FIRST_DARK = 2.338107
 """First zero of Ai(-z): the dark fringe behind the bow."""
 _NAMES: dict[Theory, str] = {"airy": "Airy", "mie": "Mie"}
@@ -87,14 +93,14 @@ class Setup:
     """
 
     theories: tuple[Theory, ...] = ("airy",)
-    disc_deg: float = 0.533
+    disc_deg: float = SUN_DIAMETER_DEG
     spread_percent: float = 2.0
     temperature_c: float = 20.0
 
     def __post_init__(self) -> None:
-        _require("--disc", self.disc_deg, 0.0, _MAX_DISC_DEG, "deg")
+        _require("--disc", self.disc_deg, 0.0, MAX_DISC_DEG, "deg")
         _require("--spread", self.spread_percent, *_SPREAD_PERCENT, "percent")
-        _require("--temperature", self.temperature_c, *_WATER_C, "°C")
+        _require("--temperature", self.temperature_c, *WATER_C, "°C")
 
     @property
     def disc_rad(self) -> float:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from rtbow.cli_options import Numbers, progress_bar
+from rtbow.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:
     from rtbow.chart import Component, Normalise, Scale, Setup
@@ -57,7 +58,7 @@ def _shared(theory: str) -> Callable[[_Verb], _Verb]:
         click.option(
             "--disc",
             type=float,
-            default=0.533,
+            default=SUN_DIAMETER_DEG,
             show_default=True,
             metavar="DEG",
             help="Angular diameter of the light's disc, 0..5; 0 for a point.",

@@ -17,6 +17,7 @@ import click
 from rtbow import __version__
 from rtbow.chart_cli import chart
 from rtbow.cli_options import Numbers, progress_bar
+from rtbow.constants import SUN_DIAMETER_DEG
 from rtbow.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
@@ -382,7 +383,7 @@ def table_info(samples: int) -> None:
     "--disc",
     "disc_deg",
     type=float,
-    default=0.533,
+    default=SUN_DIAMETER_DEG,
     show_default=True,
     metavar="DEG",
     help="Angular diameter of the light's disc; 0 for a point.",

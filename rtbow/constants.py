@@ -21,3 +21,15 @@ MAX_GRID_POINTS = 512**3
 MIN_RADIUS_UM = 1.0
 MAX_RADIUS_UM = 5000.0
 """Drop radii accepted anywhere, µm; raindrops break up well before the upper end."""
+
+SUN_DIAMETER_DEG = 0.533
+"""The sun's disc across, at its mean distance."""
+MAX_DISC_DEG = 5.0
+"""Discs accepted anywhere, across."""
+WATER_C = (-12.0, 60.0)
+"""Temperatures of water accepted anywhere; supercooled drops below 0."""
+SIZE_SPREADS = (0.01, 0.2)
+"""Standard deviations of ln(radius) about each size that exact tables are built for."""
+NO_PLANE = 1e-9
+"""Square of the angle (rad²) from the line through a light within which there is no scattering
+plane to speak of: both components count alike."""

@@ -21,6 +21,7 @@ import numpy as np
 
 from rtbow.arrays import Array, Float32, floats
 from rtbow.compiled import compiled, prange
+from rtbow.constants import SUN_DIAMETER_DEG
 from rtbow.lights import Lamp, Sun
 from rtbow.optics import Optics
 from rtbow.scene import Scene
@@ -30,7 +31,7 @@ from rtbow.volume_kernel import interpolate
 
 MIDDLE_NM = 550.0
 """Wavelength of the field."""
-NO_SUN_DISC_RAD = float(np.radians(0.5 * 0.533))
+NO_SUN_DISC_RAD = float(np.radians(0.5 * SUN_DIAMETER_DEG))
 """Angle within which diffraction is not lost in a scene without a sun."""
 MOST_POINTS = 64
 """Points along an axis of the depths towards a light, at most; they hold mean extinctions along

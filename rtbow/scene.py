@@ -24,10 +24,14 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from rtbow.constants import (
     MAX_DENSITY_PER_M3,
+    MAX_DISC_DEG,
     MAX_GRID_POINTS,
     MAX_RADIUS_UM,
     MIN_RADIUS_UM,
+    SIZE_SPREADS,
+    SUN_DIAMETER_DEG,
     VISIBLE_NM,
+    WATER_C,
 )
 from rtbow.errors import InputError
 
@@ -131,9 +135,9 @@ class SunLight(Table):
         json_schema_extra=_unit(""),
     )
     angular_diameter_deg: float = Field(
-        0.533,
+        SUN_DIAMETER_DEG,
         ge=0,
-        le=5,
+        le=MAX_DISC_DEG,
         description="the disc across; 0 is a point at infinity",
         json_schema_extra=_unit("deg"),
     )
@@ -467,8 +471,8 @@ class Scattering(Table):
     )
     size_spread: float = Field(
         0.02,
-        ge=0.01,
-        le=0.2,
+        ge=SIZE_SPREADS[0],
+        le=SIZE_SPREADS[1],
         description="standard deviation of ln(radius) about each drop size, which blurs the "
         "resonances of a single size (mie); 0.02 is 2 %",
         json_schema_extra=_unit(""),
@@ -481,8 +485,8 @@ class Scattering(Table):
     )
     water_temperature_c: float = Field(
         20.0,
-        ge=-12,
-        le=60,
+        ge=WATER_C[0],
+        le=WATER_C[1],
         description="sets the refractive index of water",
         json_schema_extra=_unit("°C"),
     )

@@ -109,6 +109,7 @@ def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
         "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
         "XYZ_TO_RGB": _matrix_literal(XYZ_TO_RGB),
         "NEAREST_M": NEAREST_M,
+        "NO_PLANE": constants.NO_PLANE,
         "MAX_STEPS": _MAX_STEPS,
         "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
         "LAMP_DEPTH_SAMPLES": _LAMP_DEPTH_SAMPLES,

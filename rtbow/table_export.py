@@ -12,7 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from rtbow.arrays import Array, Progress, no_progress
-from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, VISIBLE_NM
+from rtbow.constants import (
+    MAX_DISC_DEG,
+    MAX_RADIUS_UM,
+    MIN_RADIUS_UM,
+    SIZE_SPREADS,
+    VISIBLE_NM,
+)
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
 from rtbow.image import write_exr_channels
@@ -21,7 +27,6 @@ from rtbow.sections import Theory, water_sections
 
 ORDERS = (1, 2)
 TEMPERATURE_C = 20.0
-MAX_DISC_DEG = 5.0
 MAX_VALUES = 100_000_000
 """Values of one component, at most: 400 MB, of which writing holds a few copies."""
 
@@ -87,7 +92,7 @@ class PlainTable:
         # IAPWS R9-97 holds beyond the visible, too; tables of exact theory do not.
         low, high = VISIBLE_NM if self.theory == "mie" else (200.0, 1100.0)
         nm = _check("--wavelength-nm", self.wavelength_nm, low, high)
-        _check("--spread", [100.0 * self.spread], 1.0, 20.0)
+        _check("--spread", [100.0 * self.spread], 100.0 * SIZE_SPREADS[0], 100.0 * SIZE_SPREADS[1])
         disc_deg = float(_check("--disc", [self.disc_deg], 0.0, MAX_DISC_DEG)[0])
         shape = (len(radii), len(nm), self.angles)
         if math.prod(shape) > MAX_VALUES:

@@ -11,7 +11,7 @@ import numpy as np
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared, bow
 from rtbow.arrays import Array, Progress, no_progress
 from rtbow.cache import FOLDER_VARIABLE, cache_dir
-from rtbow.constants import MAX_RADIUS_UM
+from rtbow.constants import MAX_RADIUS_UM, SIZE_SPREADS, SUN_DIAMETER_DEG
 from rtbow.disc import disc_mean
 from rtbow.errors import InputError
 from rtbow.mie_build import build_mie_table, kept_table
@@ -63,8 +63,11 @@ def describe_mie_build(
     Raises:
         InputError: a spread or radius out of range.
     """
-    if not 1.0 <= spread_percent <= 20.0:  # NaN too
-        raise InputError(f"--spread: {spread_percent:g} is not allowed; must be 1..20 percent")
+    least, most = (100.0 * spread for spread in SIZE_SPREADS)
+    if not least <= spread_percent <= most:  # NaN too
+        raise InputError(
+            f"--spread: {spread_percent:g} is not allowed; must be {least:g}..{most:g} percent"
+        )
     low = TABLE_RADII_UM[0]
     if not 10.0 <= max_radius_um <= MAX_RADIUS_UM:
         raise InputError(
@@ -159,7 +162,7 @@ def describe_table(samples: int) -> Iterator[str]:
         f"look-up against direct evaluation, {RADII_UM[0]:g}-{RADII_UM[1]:g} um, 380-780 nm,"
         f" 0-180 deg, share of the bow's own peak, {samples} random points:"
     )
-    for disc_deg in (0.0, 0.533, 2.0, 5.0):
+    for disc_deg in (0.0, SUN_DIAMETER_DEG, 2.0, 5.0):
         errors = lookup_errors(table, disc_deg, samples, np.random.default_rng(7))
         size = np.abs(errors.error)
         worst = int(size.argmax())

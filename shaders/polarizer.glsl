@@ -1,8 +1,6 @@
 #include "definitions.glsl"
 
 #if POLARIZER
-const Number NO_PLANE = 1.0e-9;     // square of an angle; NO_PLANE in rtbow/camera.py
-
 // Share of the perpendicular component that a filter before the lens lets pass, from the plane that
 // the light and the ray span; what is left is the parallel component's. `pass`: the direction, in
 // the filter, of the field that it lets pass.
