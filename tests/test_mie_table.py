@@ -390,3 +390,19 @@ def test_a_cluster_that_loses_a_worker_builds_the_same_table(cache, expected):
 def test_no_scheduler():
     with pytest.raises(UnavailableError, match="no Dask scheduler answers there"):
         list(mie_build._cluster([], "tcp://127.0.0.1:1"))
+
+
+def test_scenes_find_the_tables_that_were_built(cache, monkeypatch):
+    import rtbow.mie_store as mie_store
+
+    monkeypatch.setattr(mie_store, "standard_axes", lambda *_: SMALL)
+    monkeypatch.setattr(mie_store, "_held", {})
+    first = mie_store.mie_table(0.1, (60.0, 90.0))
+    assert first.covers((60.0, 90.0))
+
+    def fail(*_args):
+        raise AssertionError("another table for radii that one holds already")
+
+    monkeypatch.setattr(mie_store, "build_mie_table", fail)
+    monkeypatch.setattr(mie_store, "_held", {})
+    same(mie_store.mie_table(0.1, (70.0, 140.0)), first)
