@@ -41,3 +41,7 @@ def __getattr__(name: str) -> Any:
 
         return getattr(import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'rtbow' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -347,6 +347,10 @@ def table_build(
     from rtbow.table_tools import describe_build, describe_mie_build
 
     if theory == "airy":
+        if (spread, max_radius_um, workers, scheduler) != (2.0, 1500.0, None, None):
+            raise InputError(
+                "--spread, --max-radius-um, --workers and --scheduler go with --theory mie; add it"
+            )
         text = describe_build()
     else:
         text = describe_mie_build(
@@ -441,6 +445,8 @@ def table_export(
         export_table,
     )
 
+    if theory == "airy" and spread != 2.0:
+        raise InputError("--spread goes with --theory mie: Airy's table has none; add it")
     wanted = PlainTable(
         theory,
         default_radii_um() if radius_um is None else radius_um,

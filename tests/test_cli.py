@@ -950,6 +950,7 @@ def test_wavelengths_that_lie_close_keep_their_own_channels(call):
             "--spread: 0 is not allowed; must be 1..20",
         ),
         (["t.npz", "--theory", "mie", "--spread", "nan"], "--spread: nan"),
+        (["t.npz", "--spread", "5"], "--spread goes with --theory mie"),
         (["t.npz", "--theory", "mie", "--wavelength-nm", "300"], "300 is not allowed; must be 380"),
         (["out/t.npz"], "there is no folder out"),
         ([], "OUTPUT"),
@@ -957,4 +958,19 @@ def test_wavelengths_that_lie_close_keep_their_own_channels(call):
 )
 def test_wrong_exports(call, tmp_path, args, words):
     assert_refused(call("table", "export", *args), words)
+    assert contents(tmp_path) == {}
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["--spread", "5"], "go with --theory mie"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "go with --theory mie"),
+        (["--theory", "mie", "--spread", "50"], "--spread: 50 is not allowed; must be 1..20"),
+        (["--theory", "mie", "--max-radius-um", "1"], "--max-radius-um: 1 is not allowed"),
+        (["--theory", "mie", "--workers", "0"], "--workers"),
+    ],
+)
+def test_wrong_builds(call, tmp_path, args, words):
+    assert_refused(call("table", "build", *args), words)
     assert contents(tmp_path) == {}
