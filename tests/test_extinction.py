@@ -234,6 +234,20 @@ def test_a_far_lamp_is_dimmed_as_a_sun_is(method):
     assert shares[0].mean() == pytest.approx(shares[1].mean(), rel=2e-3)
 
 
+@pytest.mark.parametrize("place", [(0.0, 20.0, 5.0), (0.0, -3.0, 4.0), (5.0, 8.0, 3.0)])
+def test_lamps_in_and_beside_even_rain(place):
+    lamp = {
+        "type": "point", "position_m": list(place), "spectrum": "equal-energy",
+        "luminous_flux_lm": 1000.0,
+    }  # fmt: skip
+    camera = {"position_m": [0.0, -5.0, 2.0], "altitude_deg": 10.0, "size_px": [32, 18]}
+    box = [[-20.0, 0.0, 0.0], [20.0, 40.0, 20.0]]
+    scene = make(box, 5.0, light=[lamp], camera=camera)
+    frame, exact = render(scene, "spectral"), render(scene, "reference")
+    # 8e-4 at worst.
+    assert np.abs(frame - exact).max() < 1.2e-3 * exact.max()
+
+
 def test_shader_and_reference_agree_in_uneven_rain(tmp_path):
     rng = np.random.default_rng(5)
     shape = (7, 6, 5)
