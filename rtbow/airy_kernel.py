@@ -25,6 +25,18 @@ def airy_grid() -> Array:
 
 
 @compiled()
+def _hermite(z: float, grid: Array) -> float:
+    """Cubic between the values and slopes of two neighbours on the grid."""
+    at = (z - AIRY_LOW) * AIRY_PER_UNIT
+    k = int(at)
+    f = at - k
+    g = 1.0 - f
+    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
+    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
+    return float(g * g * left + f * f * right)
+
+
+@compiled()
 def airy_squared_at(z: float, grid: Array) -> float:
     """Ai²(-z) to 1e-7 of its peak or better everywhere.
 
@@ -41,13 +53,7 @@ def airy_squared_at(z: float, grid: Array) -> float:
             1.0 - 5.0 / 32.0 * cubed + 1105.0 / 6144.0 * cubed * cubed
         )
         return float(modulus * np.sin(phase) ** 2)
-    at = (z - AIRY_LOW) * AIRY_PER_UNIT
-    k = int(at)
-    f = at - k
-    g = 1.0 - f
-    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
-    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
-    return float(g * g * left + f * f * right)
+    return _hermite(z, grid)
 
 
 @lru_cache(maxsize=1)
@@ -70,10 +76,4 @@ def running_at(z: float, grid: Array) -> float:
         mean = root / np.pi * (1.0 + 1.0 / (32.0 * cubed * cubed))
         ripple = np.cos(psi) / (4.0 * np.pi * z) + np.sin(psi) / (8.0 * np.pi * z * cubed)
         return float(mean - ripple)
-    at = (z - AIRY_LOW) * AIRY_PER_UNIT
-    k = int(at)
-    f = at - k
-    g = 1.0 - f
-    left = (1.0 + 2.0 * f) * grid[k, 0] + f * grid[k, 1] / AIRY_PER_UNIT
-    right = (1.0 + 2.0 * g) * grid[k + 1, 0] - g * grid[k + 1, 1] / AIRY_PER_UNIT
-    return float(g * g * left + f * f * right)
+    return _hermite(z, grid)

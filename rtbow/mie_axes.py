@@ -9,6 +9,7 @@ dependence on m is a polynomial of low degree.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,10 +114,10 @@ class MieAxes:
                 keep.append(k)
         return np.array([*keep, len(angles) - 1])
 
-    @property
+    @cached_property
     def angle_nodes(self) -> Array:
         """Angles of the nodes, 0 to pi, at the index in the middle (T,)."""
-        total = float(self._place(np.array([np.pi]))[0])
+        total = self._total
         # Inverted by interpolation on a line much finer than the nodes, then by Newton's steps.
         fine = _dense_angles()
         place = self._place(fine)
@@ -135,8 +136,12 @@ class MieAxes:
     def angle_places(self, theta: Array, m: float) -> Array:
         """Places of scattering angles along the nodes, 0..T-1, for index m."""
         middle = np.interp(theta, _anchors(m), _anchors(_MIDDLE_INDEX))
-        total = float(self._place(np.array([np.pi]))[0])
-        return floats(self._place(middle) * (round(total) / total))
+        return floats(self._place(middle) * (round(self._total) / self._total))
+
+    @cached_property
+    def _total(self) -> float:
+        """Place of the last angle before it is rounded to a node."""
+        return float(self._place(np.array([np.pi]))[0])
 
     def _place(self, theta: Array) -> Array:
         # Densities c / sqrt(w² + d²) about each place where detail gathers have asinh for integral.

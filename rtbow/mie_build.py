@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import astuple, dataclass
+from functools import lru_cache
 from multiprocessing import get_context
 
 import numpy as np
@@ -57,7 +58,9 @@ class Part:
         return weight * (high - low) / high
 
 
+@lru_cache(maxsize=1)
 def _digest() -> str:
+    """Hash of the code as this process has it; read once, whatever happens to the files."""
     return source_digest("airy", "mie", "mie_axes", "mie_average")
 
 
@@ -208,10 +211,10 @@ def build_mie_table(
         RtbowError: the processes keep dying.
         UnavailableError: no scheduler at the address, or Dask is not installed.
     """
-    nodes = node_range(axes, radii_um)
-    kept = kept_arrays("mie", _table_key(axes, nodes))
+    kept = kept_table(axes, radii_um)
     if kept is not None:
-        return MieTable(axes, nodes[0], kept["values"], kept["efficiency"])
+        return kept
+    nodes = node_range(axes, radii_um)
     every = parts(axes, nodes)
     found: dict[Part, dict[str, Array]] = {}
     for part in every:

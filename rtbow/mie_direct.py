@@ -11,8 +11,6 @@ from rtbow.cache import cached_arrays, source_digest
 from rtbow.mie_average import node_intensities
 from rtbow.mie_axes import MieAxes
 from rtbow.mie_table import disc_grid, resample, standard_axes
-from rtbow.optics import Optics
-from rtbow.scene import Scene
 from rtbow.sizes import Sizes
 from rtbow.water import relative_index
 
@@ -37,11 +35,20 @@ class DirectMieSections:
     values: Array
 
     @classmethod
-    def of(cls, scene: Scene, optics: Optics, radius_m: float) -> DirectMieSections:
-        """Sum the series for a scene's wavelengths: seconds to minutes, kept in the cache."""
-        nm = optics.wavelength_nm
-        index = relative_index(nm, scene.scattering.water_temperature_c)
-        axes = standard_axes(scene.scattering.size_spread)
+    def of(
+        cls, radius_m: float, wavelength_nm: Array, temperature_c: float, spread: float
+    ) -> DirectMieSections:
+        """Sum the series: seconds to minutes, kept in the cache.
+
+        Args:
+            radius_m: drop radius.
+            wavelength_nm: wavelengths in air (W,).
+            temperature_c: of the water.
+            spread: standard deviation of ln(radius).
+        """
+        nm = floats(wavelength_nm)
+        index = relative_index(nm, temperature_c)
+        axes = standard_axes(spread)
 
         def build() -> dict[str, Array]:
             x = 2.0 * np.pi * radius_m / (nm * 1e-9)

@@ -92,15 +92,14 @@ def table_sections(
     theory = scene.scattering.theory
     if theory == "airy" and volume.sizes is None:
         return None
-    radii_um = volume.radius_range_um
-    if volume.sizes is not None:
-        sizes = tabled_sizes(volume.sizes) if theory == "mie" else volume.sizes
-        radii_um = sizes.range_um
+    radii_um = volume.size_range_um
+    if volume.sizes is not None and theory == "mie":
+        radii_um = tabled_sizes(volume.sizes).range_um
     return water_sections(
         theory,
         optics.wavelength_nm,
         scene.scattering.water_temperature_c,
-        radii_um if radii_um[0] > 0.0 else (100.0, 100.0),
+        radii_um,
         orders=scene.scattering.orders,
         spread=scene.scattering.size_spread,
         progress=progress,

@@ -119,13 +119,14 @@ class _Setup:
 def _set_up(scene: Scene, progress: Progress = no_progress) -> _Setup:
     optics = scene_optics(scene)
     volume = build_volume(scene.droplets)
-    least, most = volume.radius_range_um
-    if most <= 0.0:  # no drops anywhere: any radius will do
-        least = most = 100.0
-    exact = scene.scattering.theory == "mie"
+    least, most = volume.size_range_um
+    scattering = scene.scattering
     sections: Sections | None
-    if exact and volume.sizes is None and least == most:
-        sections = DirectMieSections.of(scene, optics, least * 1e-6)
+    if scattering.theory == "mie" and least == most:
+        sections = DirectMieSections.of(
+            least * 1e-6, optics.wavelength_nm, scattering.water_temperature_c,
+            scattering.size_spread,
+        )  # fmt: skip
     else:
         sections = table_sections(scene, optics, volume, progress)
     rows = None if sections is None else radius_axis((least, most), volume.sizes)
@@ -323,9 +324,7 @@ def _lamp_sections(setup: _Setup) -> tuple[Array, Array, Array]:
     """Angles, cross-sections without a disc (W, rows, 2, U) and their running integrals."""
     assert setup.sections is not None
     assert setup.rows is not None
-    sizes = setup.volume.sizes
-    largest = sizes.radius_m[-1] if sizes is not None else setup.rows.radius_m[-1]
-    theta = angle_axis(0.0, np.pi, 0.0, float(largest)).angles()
+    theta = angle_axis(0.0, np.pi, 0.0, setup.volume.size_range_um[1] * 1e-6).angles()
     # Twice as fine as the shader's own.
     theta = np.sort(np.concatenate([theta, 0.5 * (theta[1:] + theta[:-1])]))
     both = row_sections(setup.sections, setup.rows, theta, 0.0).transpose(1, 0, 3, 2)

@@ -333,10 +333,8 @@ class SpectralPass:
     def _upload_sections(self, parts: Parts, sections: Sections, *, components: bool) -> None:
         optics, volume = parts.optics, parts.volume
         count = len(optics.wavelength_nm)
-        radii = volume.radius_range_um
-        largest = volume.sizes.range_um[1] * 1e-6 if volume.sizes is not None else radii[1] * 1e-6
-        if radii[1] <= 0.0:  # no drops anywhere: any radius will do
-            radii, largest = (100.0, 100.0), 1e-4
+        radii = volume.size_range_um
+        largest = radii[1] * 1e-6
         if optics.suns:
             discs = tuple(sorted({sun.disc_rad for sun in optics.suns}))
             low, high = _scattering_range(self._scene.camera, optics)

@@ -7,6 +7,7 @@ import math
 import zipfile
 import zlib
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ Field = NDArray[np.float32]
 
 MAX_GRID = 1024
 """Grid points along an axis, at most."""
+_SOME_UM = 10.0
 _MAX_COORDINATE_M = 1e7
 """As in a scene's own ``box_m``."""
 
@@ -61,7 +63,7 @@ class DropletVolume:
         """Whether the volume is one value all over, without a grid."""
         return self.shape == (1, 1, 1)
 
-    @property
+    @cached_property  # over all points, and asked for again and again
     def radius_range_um(self) -> tuple[float, float]:
         """Least and greatest radius where there are drops; (0, 0) in an empty volume."""
         filled = self.number_per_m3 > 0.0
@@ -69,6 +71,15 @@ class DropletVolume:
             return 0.0, 0.0
         least = self.radius_um.min(where=filled, initial=np.inf)
         return float(least), float(self.radius_um.max(where=filled, initial=0.0))
+
+    @property
+    def size_range_um(self) -> tuple[float, float]:
+        """Least and greatest radius of any drop, mixed ones included; of an empty volume some
+        radius, for which tables can be made that nothing will look up."""
+        if self.sizes is not None:
+            return self.sizes.range_um
+        least, most = self.radius_range_um
+        return (least, most) if most > 0.0 else (_SOME_UM, _SOME_UM)
 
     def gridded(self) -> DropletVolume:
         """Give the same drops on a grid of two points at least along each axis, as files hold."""
