@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import TYPE_CHECKING, Literal, Self, get_args
 
@@ -44,7 +46,7 @@ class Renderer:
         self.method_used: Method = "auto"
         self._backend = backend
         self._context: GlContext | None = None
-        self._passes: list[SpectralPass] = []
+        self._passes: dict[Method, list[SpectralPass]] = {}
         self._closed = False
 
     @property
@@ -81,18 +83,12 @@ class Renderer:
             UnavailableError: no GL backend works here, or the memory does not suffice.
             RtbowError: the renderer is closed.
         """
-        if self._closed:
-            raise RtbowError("this Renderer is closed; make another")
-        if method not in METHODS:
-            raise InputError(f"method {method!r} is not known; must be one of {', '.join(METHODS)}")
-        if method == "auto":
-            method = "spectral"
-        self.method_used = method
+        method = self._chosen(method)
         try:
             if method == "reference":
                 frame = self._render_reference(progress, building)
             else:
-                frame = self._render_spectral(progress, building)
+                frame = self._render_shader(method, progress, building)
         except MemoryError as error:
             raise UnavailableError(
                 "not enough memory; render smaller or use a coarser volume"
@@ -110,7 +106,51 @@ class Renderer:
         ]
         return np.concatenate(parts, axis=1).astype(np.float32)
 
-    def _render_spectral(self, progress: Progress, building: Progress) -> NDArray[np.float32]:
+    def draw(self, method: Method = "auto") -> None:
+        """Draw a frame on the GL device and wait until it is done, without reading it: to time it.
+
+        Args:
+            method: of the shader's; the first call makes textures and programs.
+
+        Raises:
+            InputError, UnavailableError, RtbowError: as :meth:`render`.
+        """
+        method = self._chosen(method)
+        if method == "reference":
+            raise InputError("method 'reference' needs no GL device; use render()")
+        with self._device(method, no_progress) as passes:
+            for one, (_, columns) in zip(passes, self.scene.parts(), strict=True):
+                one.draw(no_progress, columns)
+
+    @property
+    def texture_bytes(self) -> int:
+        """Memory of the textures that the method used last reads."""
+        return sum(one.texture_bytes for one in self._passes.get(self.method_used, []))
+
+    def _chosen(self, method: Method) -> Method:
+        if self._closed:
+            raise RtbowError("this Renderer is closed; make another")
+        if method not in METHODS:
+            raise InputError(f"method {method!r} is not known; must be one of {', '.join(METHODS)}")
+        self.method_used = "spectral" if method == "auto" else method
+        return self.method_used
+
+    def _render_shader(
+        self, method: Method, progress: Progress, building: Progress
+    ) -> NDArray[np.float32]:
+        with self._device(method, building) as passes:
+            drawn = [
+                one.render(progress, columns)
+                for one, (_, columns) in zip(passes, self.scene.parts(), strict=True)
+            ]
+            return np.concatenate(drawn, axis=1)
+
+    @contextmanager
+    def _device(self, method: Method, building: Progress) -> Iterator[list[SpectralPass]]:
+        """Make the GL context current and give the passes of a method, made when first asked for.
+
+        The device's own errors become ours.
+        """
         import moderngl
 
         from rtbow.context import open_context
@@ -120,16 +160,12 @@ class Renderer:
             self._context = open_context(self._backend)
         try:
             with self._context.current():
-                parts = self.scene.parts()
-                if not self._passes:
-                    self._passes = [
-                        SpectralPass(self._context, scene, building) for scene, _ in parts
+                if method not in self._passes:
+                    self._passes[method] = [
+                        SpectralPass(self._context, scene, building)
+                        for scene, _ in self.scene.parts()
                     ]
-                drawn = [
-                    one.render(progress, columns)
-                    for one, (_, columns) in zip(self._passes, parts, strict=True)
-                ]
-                return np.concatenate(drawn, axis=1)
+                yield self._passes[method]
         except moderngl.Error as error:
             width, height = self.scene.camera.size_px
             raise UnavailableError(
@@ -141,7 +177,7 @@ class Renderer:
     def close(self) -> None:
         """Release the GL context and all that lives on it; a second call does nothing."""
         self._closed = True
-        self._passes = []
+        self._passes = {}
         if self._context is not None:
             self._context.close()
             self._context = None

@@ -6,7 +6,8 @@ from test_lamps import make
 
 from rtbow.context import open_context
 from rtbow.glsl import compile_program
-from rtbow.spectral import scene_parts, shader_defines
+from rtbow.parts import scene_parts
+from rtbow.spectral_layout import shader_defines
 
 SWITCHES = (
     "GRID", "ONE_RADIUS", "AIR", "DISC", "POLE", "WIDE", "EXTINCTION", "POLARIZER", "TABLE"

@@ -8,7 +8,7 @@ from glsl_probe import probe
 from rtbow.camera import box_span, camera_basis, pixel_directions
 from rtbow.colour import XYZ_TO_RGB, xyz_to_rgb
 from rtbow.scene import Camera
-from rtbow.spectral import _matrix_literal
+from rtbow.spectral_layout import matrix_literal
 from rtbow.volume_kernel import interpolate
 
 
@@ -248,7 +248,7 @@ def test_xyz_to_rgb(gl, rng):
     xyz = rounded(rng.uniform(0.0, 9000.0, (200, 3)))
     got = probe(
         gl, ["colour.glsl"], "xyzToRgb(xyz)", {"xyz": xyz},
-        {"XYZ_TO_RGB": _matrix_literal(XYZ_TO_RGB)},
+        {"XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB)},
     )[:, :3]  # fmt: skip
     np.testing.assert_allclose(got, xyz_to_rgb(xyz), rtol=0.0, atol=9000.0 * 5e-7)
 
@@ -258,6 +258,6 @@ def test_d65_is_white(gl):
     white = np.array([0.3127, 0.3290, 0.3583]) / 0.3290
     got = probe(
         gl, ["colour.glsl"], "xyzToRgb(xyz)", {"xyz": white[None]},
-        {"XYZ_TO_RGB": _matrix_literal(XYZ_TO_RGB)},
+        {"XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB)},
     )[0, :3]  # fmt: skip
     np.testing.assert_allclose(got, 1.0, atol=1e-3)

@@ -9,7 +9,7 @@ import pytest
 import rtbow
 import rtbow.spectral
 from rtbow.renderer import Renderer
-from rtbow.spectral import _strips
+from rtbow.strips import strips
 
 SMALL = {"camera.size_px": [32, 18]}
 
@@ -164,7 +164,7 @@ class TestRefusals:
 @pytest.mark.parametrize("height", [1, 2, 5, 18, 1000])
 def test_strips_cover_every_row_once(height):
     rows: list[int] = []
-    for first, count in _strips(height, lambda items: items):
+    for first, count in strips(height, lambda items: items):
         rows += range(first, first + count)
     assert rows == list(range(height))
 

@@ -1,0 +1,169 @@
+"""A full-screen program on a GL context, with the textures and uniforms that it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow.arrays import Float32
+from rtbow.context import GlContext
+from rtbow.errors import InputError
+from rtbow.glsl import Define, compile_program
+
+Texture = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
+
+
+class GlProgram:
+    """A program that draws one triangle over its target, its textures bound by name.
+
+    Args:
+        gl: the context; it must be current here and in every method.
+        fragment: file name of the fragment stage.
+        defines: constants and switches of both stages.
+    """
+
+    def __init__(self, gl: GlContext, fragment: str, defines: Mapping[str, Define]) -> None:
+        self._gl = gl
+        self._program = compile_program(gl.ctx, "fullscreen.vert", fragment, defines)
+        self._triangle = gl.ctx.vertex_array(self._program, [])
+        self._textures: dict[str, Texture] = {}
+
+    @property
+    def names(self) -> set[str]:
+        """Uniforms and samplers that the compiler kept."""
+        return set(self._program)
+
+    @property
+    def textures(self) -> Mapping[str, Texture]:
+        """Its textures by the names of their samplers."""
+        return self._textures
+
+    def set(self, name: str, value: Any) -> None:
+        """Set a uniform, if the program has it: the compiler drops what a scene does not use."""
+        if name in self._program:
+            self._program[name] = value
+
+    def set_array(self, name: str, values: Sequence[Any]) -> None:
+        """Set a uniform array, of one element too; an empty one is none."""
+        # moderngl takes a single value, not a list, for an array of one.
+        if values:
+            self.set(name, values if len(values) > 1 else values[0])
+
+    def bind(self, name: str, texture: Texture) -> None:
+        """Take a texture, also one that other programs read, for a sampler."""
+        self._textures[name] = texture
+
+    def texture(self, name: str, data: NDArray[Any], *, linear: bool = True) -> None:
+        """Upload rows of texels, (rows, columns, channels) or (rows, columns)."""
+        rows, columns = data.shape[:2]
+        channels = data.shape[2] if data.ndim == 3 else 1
+        self._upload(name, self._gl.ctx.texture, (columns, rows), channels, data, linear)
+
+    def volume(self, name: str, data: NDArray[Any]) -> None:
+        """Upload a volume of texels, (depth, rows, columns, channels)."""
+        depth, rows, columns, channels = data.shape
+        size = (columns, rows, depth)
+        self._upload(name, self._gl.ctx.texture3d, size, channels, data, True)
+        self._textures[name].repeat_z = False  # type: ignore[union-attr]  # a volume has one
+
+    def layers(self, name: str, data: NDArray[Any]) -> None:
+        """Upload layers of rows of texels, (layers, rows, columns, channels)."""
+        layers, rows, columns, channels = data.shape
+        size = (columns, rows, layers)
+        self._upload(name, self._gl.ctx.texture_array, size, channels, data, True)
+
+    def _upload(
+        self, name: str, make: Any, size: tuple[int, ...], channels: int, data: NDArray[Any],
+        linear: bool,
+    ) -> None:  # fmt: skip
+        half = data.dtype == np.float16
+        contiguous = np.ascontiguousarray(data, dtype=np.float16 if half else np.float32)
+        texture = make(size, channels, contiguous, dtype="f2" if half else "f4")
+        mode = moderngl.LINEAR if linear else moderngl.NEAREST
+        texture.filter = (mode, mode)
+        texture.repeat_x = texture.repeat_y = False
+        self._textures[name] = texture
+
+    def use(self) -> None:
+        """Bind the textures to the units that their samplers read."""
+        for unit, (name, texture) in enumerate(self._textures.items()):
+            texture.use(unit)
+            self.set(name, unit)
+
+    def draw(self) -> None:
+        """Draw over the bound framebuffer."""
+        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+
+
+def texture_bytes(textures: Iterable[Texture]) -> int:
+    """Memory that textures take, counting each once."""
+    return sum(_bytes(texture) for texture in {id(one): one for one in textures}.values())
+
+
+def _bytes(texture: Texture) -> int:
+    texels = int(np.prod(texture.size))
+    return texels * texture.components * (2 if texture.dtype == "f2" else 4)
+
+
+class FrameTarget:
+    """A frame on the device: linear Rec. 709 in float32.
+
+    Args:
+        gl: the context; it must be current here and in every method.
+        size_px: width and height.
+    """
+
+    def __init__(self, gl: GlContext, size_px: tuple[int, int]) -> None:
+        self._gl = gl
+        self.size_px = size_px
+        self.texture = gl.ctx.texture(size_px, 4, dtype="f4")
+        self._frame = gl.ctx.framebuffer([self.texture])
+
+    def begin(self) -> moderngl.Framebuffer:
+        """Bind the frame, all black."""
+        self._frame.use()
+        self._frame.scissor = (0, 0, *self.size_px)
+        self._frame.clear()
+        self._gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        return self._frame
+
+    def read(self, columns: slice = slice(None)) -> Float32:
+        """Read it: cd/m², (h, columns, 3), first row on top."""
+        width, height = self.size_px
+        pixels = np.frombuffer(self.texture.read(), dtype=np.float32).reshape(height, width, 4)
+        return np.ascontiguousarray(pixels[::-1, columns, :3])
+
+
+@contextmanager
+def added_up(gl: GlContext) -> Iterator[None]:
+    """Let what is drawn meanwhile add to what is there."""
+    gl.ctx.enable(moderngl.BLEND)
+    gl.ctx.blend_func = moderngl.ONE, moderngl.ONE
+    try:
+        yield
+    finally:
+        gl.ctx.disable(moderngl.BLEND)
+
+
+def check_sizes(gl: GlContext, size_px: tuple[int, int], grid: tuple[int, int, int]) -> None:
+    """Check that a device takes a frame and a volume.
+
+    Raises:
+        InputError: too many pixels or grid points a side.
+    """
+    largest = min(gl.limits.texture_2d, *gl.limits.viewport)
+    if max(size_px) > largest:
+        raise InputError(
+            f"camera.size_px = {list(size_px)}; this GL device ({gl.renderer}) takes up to"
+            f" {largest} pixels a side; render smaller, or with --method reference"
+        )
+    if max(grid) > gl.limits.texture_3d:
+        raise InputError(
+            f"droplet grid {grid}; this GL device ({gl.renderer}) takes up to"
+            f" {gl.limits.texture_3d} points a side; use a coarser volume"
+        )

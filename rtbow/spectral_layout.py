@@ -1,0 +1,160 @@
+"""Method ``spectral``: what its shader is told about a scene, as defines, numbers and rows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow import atmosphere, constants
+from rtbow.airy import SCALE_POWER
+from rtbow.arrays import Float32
+from rtbow.camera import camera_basis
+from rtbow.colour import XYZ_TO_RGB
+from rtbow.glsl import Define, glsl_literal
+from rtbow.lights import NEAREST_M
+from rtbow.optics import Optics
+from rtbow.parts import Parts
+from rtbow.scene import Camera, Scene
+from rtbow.steps import LEAST_RAIN_SAMPLES
+from rtbow.table import NEAR_S_FIXED, NEAR_Z_LOW, POLE_DISTANCE, shader_constants
+from rtbow.volume import DropletVolume
+
+MAX_STEPS = 1 << 20
+LAMP_DEPTH_SAMPLES = 4
+"""Samples of the rain's extinction within a step at a lamp, which may be long in distance."""
+_MAX_SECTIONS = 128
+"""Cross-sections that a pixel may keep in an array, over wavelengths and suns. Mesa's CPU driver
+takes 0.4 s to compile an array of 81 and minutes for one of 401."""
+
+
+def matrix_literal(matrix: NDArray[np.float64]) -> str:
+    """Write a matrix as GLSL, which lists columns first."""
+    values = ", ".join(glsl_literal(float(v)) for v in matrix.T.ravel())
+    return f"mat3({values})"
+
+
+def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
+    """Give the shader's constants, and the switches that change its shape for a scene.
+
+    ``shaders/README.md`` lists the switches.
+    """
+    optics, volume = parts.optics, parts.volume
+    table, rain = parts.sections is not None, parts.rain is not None
+    sides = ", ".join(glsl_literal(b.side) for b in optics.bows)
+    bow_rows = 0 if table else len(optics.bows)
+    lights = len(optics.suns) + len(optics.lamps)
+    bows: dict[str, Define] = (
+        {} if table else {"BOW_COUNT": len(optics.bows), "BOW_SIDE": f"float[]({sides})"}
+    )
+    return {
+        **shader_constants(),
+        "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
+        "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
+        "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
+        "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
+        "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
+        "NEAREST_M": NEAREST_M,
+        "NO_PLANE": constants.NO_PLANE,
+        "MAX_STEPS": MAX_STEPS,
+        "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
+        "LAMP_DEPTH_SAMPLES": LAMP_DEPTH_SAMPLES,
+        "WAVELENGTH_COUNT": len(optics.wavelength_nm),
+        **bows,
+        "FIRST_LIGHT_ROW": bow_rows,
+        "RAIN_ROW": bow_rows + lights,
+        "SUN_COUNT": len(optics.suns),
+        "LAMP_COUNT": len(optics.lamps),
+        "GRID": not volume.uniform,
+        "AIR": optics.has_air,
+        "EXTINCTION": rain,
+        "ATTENUATION": optics.has_air or rain,
+        "POLARIZER": scene.camera.polarizer_deg is not None,
+        "TABLE": table,
+        "DISC": not table
+        and (
+            any(sun.disc_rad > 0.0 for sun in optics.suns)
+            or any(lamp.radius_m > 0.0 for lamp in optics.lamps)
+        ),
+        "WIDE": not table and _widest_disc(optics, volume) > NEAR_S_FIXED,
+        "ONE_RADIUS": _one_radius(parts),
+        "POLE": not table and _pole_in_view(scene.camera, optics),
+    }
+
+
+def _widest_disc(optics: Optics, volume: DropletVolume) -> float:
+    """Largest scaled disc of any sun, bow, wavelength and drop; infinite for lamps with a size."""
+    if any(lamp.radius_m > 0.0 for lamp in optics.lamps):
+        return np.inf  # a drop may be next to the lamp
+    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
+    scale = max(float(bow.scale.max()) for bow in optics.bows)
+    return float(scale * (volume.radius_range_um[1] * 1e-6) ** SCALE_POWER * disc)
+
+
+def _one_radius(parts: Parts) -> bool:
+    """Whether all drops are alike, so that cross-sections need computing once per pixel."""
+    optics = parts.optics
+    smallest, largest = parts.volume.radius_range_um
+    # With attenuation the shader keeps an array of them; very fine wavelength steps would
+    # outgrow it.
+    dims = optics.has_air or parts.rain is not None
+    held = len(optics.wavelength_nm) * len(optics.suns) if dims else 0
+    return smallest == largest and held <= _MAX_SECTIONS
+
+
+def _pole_in_view(camera: Camera, optics: Optics) -> bool:
+    """Whether any pixel lies where a disc covers rings about a bow's pole.
+
+    That is about the antisolar point for the primary, about the sun for the secondary.
+    """
+    # The picture lies within the cone of its corner.
+    axis, right, up = camera_basis(camera)
+    cone = np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up)))
+    for sun in optics.suns:
+        reach = cone + POLE_DISTANCE * sun.disc_rad
+        for bow in optics.bows:
+            towards_pole = -bow.side * sun.direction
+            angle = np.arccos(np.clip(towards_pole @ axis, -1.0, 1.0))
+            if sun.disc_rad > 0.0 and angle < reach:
+                return True
+    return False
+
+
+def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
+    """Give, per bow, the scattering angle beyond which it is dark.
+
+    The table's first column is dark for the drop that reaches furthest, the smallest; each
+    wavelength's own angle and the widest disc are allowed for.
+    """
+    smallest = max(volume.radius_range_um[0], constants.MIN_RADIUS_UM) * 1e-6
+    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
+    edges = []
+    for bow in optics.bows:
+        reach = -NEAR_Z_LOW / (bow.scale * smallest**SCALE_POWER) + disc
+        limits = bow.angle_rad - bow.side * reach
+        edges.append(float(limits.min() if bow.side > 0 else limits.max()))
+    return edges
+
+
+def spectral_rows(parts: Parts, *, components: bool) -> Float32:
+    """Lay out the per-wavelength numbers as the shader reads them.
+
+    Args:
+        parts: the scene's.
+        components: the bows' strength of both components, for a polariser.
+
+    Returns:
+        float32 (bows + suns + lamps + rain, W, 4): per bow angle, scale, and strength (or
+        perpendicular and parallel strength); per light the weights to X, Y, Z and the air depth;
+        for rain the extinction relative to the middle of the visible.
+    """
+    optics = parts.optics
+    zeros = np.zeros(len(optics.wavelength_nm))
+    rows = []
+    for b in () if parts.sections is not None else optics.bows:
+        strength = (b.perpendicular, b.parallel) if components else (b.strength, zeros)
+        rows.append(np.stack([b.angle_rad, b.scale, *strength], axis=1))
+    for weights in (*optics.sun_weights, *optics.lamp_weights):
+        rows.append(np.column_stack([weights, optics.air_depth]))
+    if parts.rain is not None:
+        rows.append(np.stack([parts.rain.ratio, zeros, zeros, zeros], axis=1))
+    return np.stack(rows).astype(np.float32)
