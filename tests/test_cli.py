@@ -730,7 +730,7 @@ def test_too_little_memory(call, tmp_path, monkeypatch):
     def fail(*_):
         raise MemoryError
 
-    monkeypatch.setattr(rtbow.renderer.Renderer, "_render_spectral", fail)
+    monkeypatch.setattr(rtbow.renderer.Renderer, "_render_shader", fail)
     result = call("render", "uniform", "-o", "x.exr")
     assert_message(result, 3, "not enough memory; render smaller")
     assert contents(tmp_path) == {}

@@ -122,7 +122,7 @@ class TestRefusals:
     def test_a_frame_that_is_not_finite(self, scene, monkeypatch, bad):
         frame = np.zeros((18, 32, 3), np.float32)
         frame[3, 4, 1] = bad
-        monkeypatch.setattr(Renderer, "_render_spectral", lambda *_: frame)
+        monkeypatch.setattr(Renderer, "_render_shader", lambda *_: frame)
         with Renderer(scene) as renderer, pytest.raises(rtbow.RtbowError, match="row 3, column 4"):
             renderer.render()
 
