@@ -33,3 +33,10 @@ SIZE_SPREADS = (0.01, 0.2)
 NO_PLANE = 1e-9
 """Square of the angle (rad²) from the line through a light within which there is no scattering
 plane to speak of: both components count alike."""
+
+DEFAULT_DELTA_E = 0.5
+"""Colour difference (CIEDE2000, 99th percentile) allowed to method fast: half of what is just
+noticeable side by side."""
+LEAST_DELTA_E = 0.1
+"""The least one that its settings exist for."""
+MOST_DELTA_E = 20.0

@@ -62,32 +62,18 @@ class GlProgram:
         """Upload rows of texels, (rows, columns, channels) or (rows, columns)."""
         rows, columns = data.shape[:2]
         channels = data.shape[2] if data.ndim == 3 else 1
-        self._upload(name, self._gl.ctx.texture, (columns, rows), channels, data, linear)
+        size = (columns, rows)
+        self._textures[name] = _upload(self._gl.ctx.texture, size, channels, data, linear)
 
     def volume(self, name: str, data: NDArray[Any]) -> None:
         """Upload a volume of texels, (depth, rows, columns, channels)."""
-        depth, rows, columns, channels = data.shape
-        size = (columns, rows, depth)
-        self._upload(name, self._gl.ctx.texture3d, size, channels, data, True)
-        self._textures[name].repeat_z = False  # type: ignore[union-attr]  # a volume has one
+        self._textures[name] = volume_texture(self._gl, data)
 
     def layers(self, name: str, data: NDArray[Any]) -> None:
         """Upload layers of rows of texels, (layers, rows, columns, channels)."""
         layers, rows, columns, channels = data.shape
         size = (columns, rows, layers)
-        self._upload(name, self._gl.ctx.texture_array, size, channels, data, True)
-
-    def _upload(
-        self, name: str, make: Any, size: tuple[int, ...], channels: int, data: NDArray[Any],
-        linear: bool,
-    ) -> None:  # fmt: skip
-        half = data.dtype == np.float16
-        contiguous = np.ascontiguousarray(data, dtype=np.float16 if half else np.float32)
-        texture = make(size, channels, contiguous, dtype="f2" if half else "f4")
-        mode = moderngl.LINEAR if linear else moderngl.NEAREST
-        texture.filter = (mode, mode)
-        texture.repeat_x = texture.repeat_y = False
-        self._textures[name] = texture
+        self._textures[name] = _upload(self._gl.ctx.texture_array, size, channels, data, True)
 
     def use(self) -> None:
         """Bind the textures to the units that their samplers read."""
@@ -98,6 +84,27 @@ class GlProgram:
     def draw(self) -> None:
         """Draw over the bound framebuffer."""
         self._triangle.render(moderngl.TRIANGLES, vertices=3)
+
+
+def volume_texture(gl: GlContext, data: NDArray[Any]) -> moderngl.Texture3D:
+    """Upload a volume of texels, (depth, rows, columns, channels), for several programs."""
+    depth, rows, columns, channels = data.shape
+    size = (columns, rows, depth)
+    texture: moderngl.Texture3D = _upload(gl.ctx.texture3d, size, channels, data, True)
+    texture.repeat_z = False
+    return texture
+
+
+def _upload(
+    make: Any, size: tuple[int, ...], channels: int, data: NDArray[Any], linear: bool
+) -> Any:
+    half = data.dtype == np.float16
+    contiguous = np.ascontiguousarray(data, dtype=np.float16 if half else np.float32)
+    texture = make(size, channels, contiguous, dtype="f2" if half else "f4")
+    mode = moderngl.LINEAR if linear else moderngl.NEAREST
+    texture.filter = (mode, mode)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
 
 
 def texture_bytes(textures: Iterable[Texture]) -> int:
@@ -131,6 +138,10 @@ class FrameTarget:
         self._frame.clear()
         self._gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         return self._frame
+
+    def use(self) -> None:
+        """Bind the frame as it is."""
+        self._frame.use()
 
     def read(self, columns: slice = slice(None)) -> Float32:
         """Read it: cd/m², (h, columns, 3), first row on top."""

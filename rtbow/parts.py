@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Progress, no_progress
+from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.camera import camera_basis
 from rtbow.extinction import RainExtinction, rain_extinction
+from rtbow.lights import Sun
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
 from rtbow.sections import Sections
@@ -31,9 +32,23 @@ class Parts:
     sections: Sections | None
     rain: RainExtinction | None
 
+    def moments(self) -> Float32:
+        """Give what the shader interpolates at grid points: density, density times radius and,
+        where rain dims rain, extinction; (nz, ny, nx, 2 or 3)."""
+        moments = self.volume.moments()
+        if self.rain is None:
+            return moments
+        field = self.rain.field.astype(np.float32)[..., None]
+        return np.concatenate([moments, field], axis=-1)
 
-def scene_parts(scene: Scene, progress: Progress = no_progress) -> Parts:
+
+def scene_parts(scene: Scene, progress: Progress = no_progress, *, tables: bool = True) -> Parts:
     """Compute a scene's parts.
+
+    Args:
+        scene: the scene.
+        progress: wraps the loop over parts of an exact table that has to be built first.
+        tables: with cross-sections, where the scene needs a table of them.
 
     Raises:
         InputError: a spectrum or volume is not usable.
@@ -43,15 +58,22 @@ def scene_parts(scene: Scene, progress: Progress = no_progress) -> Parts:
     return Parts(
         optics,
         volume,
-        table_sections(scene, optics, volume, progress),
+        table_sections(scene, optics, volume, progress) if tables else None,
         rain_extinction(scene, optics, volume) if scene.droplets.extinction else None,
     )
 
 
+def cone_range(camera: Camera, sun: Sun) -> tuple[float, float]:
+    """Least and greatest scattering angle of a sun in the picture, rad."""
+    axis, right, up = camera_basis(camera)
+    # The picture lies within the cone of its corner.
+    cone = np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up)))
+    middle = float(np.arccos(np.clip(sun.direction @ axis, -1.0, 1.0)))
+    # A hair more, for float32.
+    return max(middle - cone - 1e-4, 0.0), min(middle + cone + 1e-4, np.pi)
+
+
 def scattering_range(camera: Camera, optics: Optics) -> tuple[float, float]:
     """Least and greatest scattering angle of any sun in the picture, rad."""
-    axis, right, up = camera_basis(camera)
-    cone = np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up)))
-    to_axis = [float(np.arccos(np.clip(sun.direction @ axis, -1.0, 1.0))) for sun in optics.suns]
-    # A hair more, for float32.
-    return max(min(to_axis) - cone - 1e-4, 0.0), min(max(to_axis) + cone + 1e-4, np.pi)
+    ends = [cone_range(camera, sun) for sun in optics.suns]
+    return min(low for low, _ in ends), max(high for _, high in ends)

@@ -17,9 +17,10 @@ from rtbow.scene import Scene
 
 if TYPE_CHECKING:
     from rtbow.context import Backend, GlContext
+    from rtbow.fast import FastPass
     from rtbow.spectral import SpectralPass
 
-Method = Literal["auto", "spectral", "reference"]
+Method = Literal["auto", "fast", "spectral", "reference"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
 
@@ -46,7 +47,7 @@ class Renderer:
         self.method_used: Method = "auto"
         self._backend = backend
         self._context: GlContext | None = None
-        self._passes: dict[Method, list[SpectralPass]] = {}
+        self._passes: dict[Method, list[SpectralPass | FastPass]] = {}
         self._closed = False
 
     @property
@@ -146,7 +147,9 @@ class Renderer:
             return np.concatenate(drawn, axis=1)
 
     @contextmanager
-    def _device(self, method: Method, building: Progress) -> Iterator[list[SpectralPass]]:
+    def _device(
+        self, method: Method, building: Progress
+    ) -> Iterator[list[SpectralPass | FastPass]]:
         """Make the GL context current and give the passes of a method, made when first asked for.
 
         The device's own errors become ours.
@@ -154,16 +157,15 @@ class Renderer:
         import moderngl
 
         from rtbow.context import open_context
-        from rtbow.spectral import SpectralPass
 
         if self._context is None:
             self._context = open_context(self._backend)
         try:
             with self._context.current():
                 if method not in self._passes:
+                    make = _pass_class(method)
                     self._passes[method] = [
-                        SpectralPass(self._context, scene, building)
-                        for scene, _ in self.scene.parts()
+                        make(self._context, scene, building) for scene, _ in self.scene.parts()
                     ]
                 yield self._passes[method]
         except moderngl.Error as error:
@@ -192,3 +194,14 @@ class Renderer:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _pass_class(method: Method) -> type[FastPass | SpectralPass]:
+    # Imported when used: each brings modules that the other does not need.
+    if method == "fast":
+        from rtbow.fast import FastPass
+
+        return FastPass
+    from rtbow.spectral import SpectralPass
+
+    return SpectralPass

@@ -23,11 +23,14 @@ from pydantic.config import JsonDict
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from rtbow.constants import (
+    DEFAULT_DELTA_E,
+    LEAST_DELTA_E,
     MAX_DENSITY_PER_M3,
     MAX_DISC_DEG,
     MAX_GRID_POINTS,
     MAX_RADIUS_UM,
     MIN_RADIUS_UM,
+    MOST_DELTA_E,
     SIZE_SPREADS,
     SUN_DIAMETER_DEG,
     VISIBLE_NM,
@@ -514,6 +517,15 @@ class Render(Table):
         ge=1,
         le=100_000,
         description="samples along a ray; left out: follows the grid",
+        json_schema_extra=_unit(""),
+    )
+
+    max_delta_e: float = Field(
+        DEFAULT_DELTA_E,
+        ge=LEAST_DELTA_E,
+        le=MOST_DELTA_E,
+        description="colour difference (CIEDE2000, 99th percentile of pixels) from the truth that"
+        " method fast may have",
         json_schema_extra=_unit(""),
     )
 

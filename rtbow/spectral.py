@@ -99,7 +99,7 @@ class SpectralPass:
             )
 
     def _upload(self, parts: Parts, defines: Mapping[str, Define]) -> None:
-        optics, volume = parts.optics, parts.volume
+        optics = parts.optics
         rows = spectral_rows(parts, components=bool(defines["POLARIZER"]))
         self._program.texture("spectral", rows, linear=False)
         if parts.sections is None:
@@ -110,12 +110,9 @@ class SpectralPass:
             column = atmosphere.column_table().log_column
             self._program.texture("columnTable", column)
         if defines["GRID"]:
-            moments = volume.moments()
             if parts.rain is not None:
-                field = parts.rain.field.astype(np.float32)[..., None]
-                moments = np.concatenate([moments, field], axis=-1)
                 self._upload_depths(parts, parts.rain)
-            self._program.volume("dropletMoments", moments)
+            self._program.volume("dropletMoments", parts.moments())
 
     def _upload_airy(self, optics: Optics, defines: Mapping[str, Define]) -> None:
         table = airy_table()

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rtbow import atmosphere, constants
-from rtbow.airy import SCALE_POWER
-from rtbow.arrays import Float32
+from rtbow.airy import SCALE_POWER, Bow
+from rtbow.arrays import Array, Float32
 from rtbow.camera import camera_basis
 from rtbow.colour import XYZ_TO_RGB
 from rtbow.glsl import Define, glsl_literal
@@ -120,19 +122,41 @@ def _pole_in_view(camera: Camera, optics: Optics) -> bool:
 
 
 def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
+    """Give, per bow, the scattering angle beyond which it is dark (see :func:`dark_edges`)."""
+    smallest = max(volume.radius_range_um[0], constants.MIN_RADIUS_UM) * 1e-6
+    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
+    return dark_edges(optics.bows, smallest, disc)
+
+
+def dark_edges(bows: Sequence[Bow], smallest_m: float, disc_rad: float) -> list[float]:
     """Give, per bow, the scattering angle beyond which it is dark.
 
     The table's first column is dark for the drop that reaches furthest, the smallest; each
     wavelength's own angle and the widest disc are allowed for.
     """
-    smallest = max(volume.radius_range_um[0], constants.MIN_RADIUS_UM) * 1e-6
-    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
     edges = []
-    for bow in optics.bows:
-        reach = -NEAR_Z_LOW / (bow.scale * smallest**SCALE_POWER) + disc
+    for bow in bows:
+        reach = -NEAR_Z_LOW / (bow.scale * smallest_m**SCALE_POWER) + disc_rad
         limits = bow.angle_rad - bow.side * reach
         edges.append(float(limits.min() if bow.side > 0 else limits.max()))
     return edges
+
+
+def bow_rows(bows: Sequence[Bow], *, components: bool) -> Float32:
+    """Lay out bows as the shader reads them.
+
+    Args:
+        bows: the bows.
+        components: the strength of both components, for a polariser.
+
+    Returns:
+        float32 (bows, W, 4): angle, scale, and strength (or perpendicular and parallel strength).
+    """
+    rows = []
+    for b in bows:
+        strength = (b.perpendicular, b.parallel) if components else (b.strength, 0.0 * b.strength)
+        rows.append(np.stack([b.angle_rad, b.scale, *strength], axis=1))
+    return np.array(rows, dtype=np.float32).reshape(len(rows), -1, 4)
 
 
 def spectral_rows(parts: Parts, *, components: bool) -> Float32:
@@ -149,10 +173,9 @@ def spectral_rows(parts: Parts, *, components: bool) -> Float32:
     """
     optics = parts.optics
     zeros = np.zeros(len(optics.wavelength_nm))
-    rows = []
-    for b in () if parts.sections is not None else optics.bows:
-        strength = (b.perpendicular, b.parallel) if components else (b.strength, zeros)
-        rows.append(np.stack([b.angle_rad, b.scale, *strength], axis=1))
+    rows: list[Array | Float32] = []
+    if parts.sections is None:
+        rows.extend(bow_rows(optics.bows, components=components))
     for weights in (*optics.sun_weights, *optics.lamp_weights):
         rows.append(np.column_stack([weights, optics.air_depth]))
     if parts.rain is not None:

@@ -84,11 +84,25 @@ def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
     return max(least, 2 * int(np.ceil(0.5 * across)))
 
 
-def step_rates(volume: DropletVolume, optics: Optics, rain_per_m: float = 0.0) -> StepRates:
-    """Compute the rates for a volume, its air, and the greatest extinction by its rain."""
+def step_rates(
+    volume: DropletVolume,
+    optics: Optics,
+    rain_per_m: float = 0.0,
+    per_cell: float = SAMPLES_PER_CELL,
+    per_log_radius: float = SAMPLES_PER_LOG_RADIUS,
+) -> StepRates:
+    """Compute the rates.
+
+    Args:
+        volume: the drops.
+        optics: the air and the suns.
+        rain_per_m: greatest extinction by the rain.
+        per_cell: samples per cell where neighbouring points hold like drops.
+        per_log_radius: further ones per cell and per change of ln(radius) between neighbours.
+    """
     points = np.array(volume.shape)
     extent = volume.box_m[1] - volume.box_m[0]
-    samples = SAMPLES_PER_CELL + SAMPLES_PER_LOG_RADIUS * _roughness(volume)
+    samples = per_cell + (per_log_radius * _roughness(volume) if per_log_radius else 0.0)
     uneven = floats(np.maximum(samples, SAMPLES_PER_UNEVENNESS * _unevenness(volume)))
     cells = uneven * (points - 1) / extent
     if not volume.uniform:

@@ -258,17 +258,8 @@ Number rainToLamp(Direction ray, Length distance, int light) {
 // Equation 2 by the midpoint rule in the angle at the lamp.
 Tristimulus lamplight(Direction ray, vec2 span, int light) {
     LampRay lamp = lampRay(lampSphere[light].xyz, ray, lampSphere[light].w);
-    // No drops are inside the lamp: a ray through it has two stretches, before and behind.
-    Length chord = sqrt(max(lamp.radius * lamp.radius - lamp.side * lamp.side, 0.0));
-    vec2 near = span - lamp.foot;
-    Stretch before = stretchBetween(lamp, near.x, min(near.y, -chord));
-    Stretch behind = stretchBetween(lamp, max(near.x, chord), near.y);
-    bool pierced = chord > 0.0 && before.light > 0.0 && behind.light > 0.0;
-    Stretch whole = stretchBetween(lamp, near.x, near.y);
-    if (chord > 0.0 && !pierced) {
-        if (before.light > 0.0) whole = before;
-        else whole = behind;
-    }
+    LampSpan stretches = lampSpan(lamp, span);
+    bool pierced = stretches.pierced;
     int count = pierced ? 2 * ((lampSteps + 1) / 2) : lampSteps;
     int halfway = count / 2;
     Number perpendicular = shareAcross(lampSphere[light].xyz, ray);
@@ -280,7 +271,7 @@ Tristimulus lamplight(Direction ray, vec2 span, int light) {
 #else
     for (int i = stepRange.x; i < min(count, stepRange.y); ++i) {
 #endif
-        Stretch stretch = pierced ? (i < halfway ? before : behind) : whole;
+        Stretch stretch = pierced && i >= halfway ? stretches.behind : stretches.before;
         Number part = 1.0 / float(pierced ? halfway : count);
         Number share = (float(pierced && i >= halfway ? i - halfway : i)) * part;
         Length place = placeAt(stretch, lamp, share + 0.5 * part);
@@ -305,12 +296,10 @@ Tristimulus lamplight(Direction ray, vec2 span, int light) {
 #endif
         if (drops.density <= 0.0 || stretch.light <= 0.0) continue;
         vec2 theta = vec2(lampTheta(lamp, ends.x), lampTheta(lamp, ends.y));
-        Length distance = max(length(vec2(lamp.side, place)), lamp.radius);
-        // Arc sine of a ratio up to 1, from an arc tangent: Mesa's asin errs by 4e-4.
-        Angle disc = atan(lamp.radius,
-                          sqrt(max(distance * distance - lamp.radius * lamp.radius, 1.0e-12)));
+        Angle disc = lampDisc(lamp, place);
         Column column = 0.0;
 #if AIR
+        Length distance = max(length(vec2(lamp.side, place)), lamp.radius);
         Number slope = (at.z - lampSphere[light].z) / distance;
         column = segmentColumn(eyeHeight + lampSphere[light].z, slope, distance)
             + segmentColumn(eyeHeight, ray.z, lamp.foot + place);

@@ -1,0 +1,125 @@
+"""The drops as method ``fast`` sees them: where there are any, and how rough they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtbow import atmosphere
+from rtbow.airy import RADIUS_POWER
+from rtbow.arrays import Array, floats
+from rtbow.colour_table import Column
+from rtbow.lights import Lamp, Sun
+from rtbow.volume import DropletVolume
+
+_DARK_COLUMN = 75.0
+"""Column behind which hardly any light is left: twice the way to a sun at the horizon."""
+
+
+def filled_box(volume: DropletVolume) -> Array:
+    """Give the part of the box that has drops (2, 3): whole cells, and nothing of an empty one."""
+    if volume.uniform:
+        return volume.box_m
+    filled = volume.number_per_m3 > 0.0
+    low, extent = volume.box_m[0], volume.box_m[1] - volume.box_m[0]
+    box = volume.box_m.copy()
+    for axis in range(3):
+        others = tuple(k for k in range(3) if k != axis)
+        at = np.flatnonzero(filled.any(axis=others))
+        if len(at) == 0:
+            return np.stack([low, low])
+        last = volume.shape[axis] - 1
+        # Density falls to nothing over the cell beyond the last point with drops.
+        box[0, axis] = low[axis] + max(at[0] - 1, 0) / last * extent[axis]
+        box[1, axis] = low[axis] + min(at[-1] + 1, last) / last * extent[axis]
+    return box
+
+
+def radius_spread(volume: DropletVolume) -> float:
+    """Give how much radii differ along a ray: the deviation of ln(radius) along the grid's lines,
+    weighted by the light of their drops, at the line's 95th percentile."""
+    if volume.uniform or volume.radius_range_um[0] == volume.radius_range_um[1]:
+        return 0.0
+    filled = volume.number_per_m3 > 0.0
+    log = np.log(np.where(filled, volume.radius_um, np.float32(1.0)))
+    weight = np.where(filled, volume.number_per_m3 * np.exp(np.float32(RADIUS_POWER) * log), 0.0)
+    widest = 0.0
+    for axis in range(3):
+        total = weight.sum(axis=axis, dtype=np.float64)
+        safe = np.maximum(total, 1e-300)
+        mean = (weight * log).sum(axis=axis, dtype=np.float64) / safe
+        square = (weight * log * log).sum(axis=axis, dtype=np.float64) / safe
+        deviation = np.sqrt(np.maximum(square - mean**2, 0.0)).ravel()
+        lit = total.ravel() > 1e-3 * total.max()
+        widest = max(widest, float(np.percentile(deviation[lit], 95.0)))
+    return widest
+
+
+@dataclass(frozen=True)
+class SunColumns:
+    """The air between a sun, the drops and the eye.
+
+    Attributes:
+        column: range over all drops.
+        cubic: column towards the sun, less the middle, as a cubic in the height (4,), constant
+            first; None where no cubic follows it, for a sun at the horizon.
+    """
+
+    column: Column
+    cubic: Array | None
+
+
+_CUBIC_ERROR = 2e-3
+"""Of the column, absolute: 1e-3 of the light at 380 nm."""
+
+
+def sun_columns(sun: Sun, box_m: Array, eye_m: Array, margin: float = 0.0) -> SunColumns:
+    """Give the columns of light from a sun to the eye by way of the drops in a box.
+
+    Args:
+        sun: the sun.
+        box_m: where the drops are (2, 3).
+        eye_m: the eye (3,).
+        margin: share by which the range is widened, for suns that move.
+    """
+    heights = np.linspace(max(box_m[0, 2], 0.0), max(box_m[1, 2], 1.0), 33)
+    towards = atmosphere.sun_column(heights, sun.altitude_rad)
+    seen = towards[towards < _DARK_COLUMN]
+    if len(seen) == 0:
+        return SunColumns(Column(_DARK_COLUMN - 1.0, _DARK_COLUMN), None)
+    high = min(float(seen.max()) + eye_column(box_m, eye_m), _DARK_COLUMN)
+    low = float(seen.min())
+    column = Column(low / (1.0 + margin), high * (1.0 + margin))
+    if len(seen) < len(towards):
+        return SunColumns(column, None)
+    cubic = np.polynomial.polynomial.Polynomial.fit(heights, towards, 3)
+    if np.abs(cubic(heights) - towards).max() > _CUBIC_ERROR or box_m[0, 2] < 0.0:
+        return SunColumns(column, None)
+    power = np.zeros(4)
+    power[: len(cubic.convert().coef)] = cubic.convert().coef
+    return SunColumns(column, power - np.array([column.middle, 0.0, 0.0, 0.0]))
+
+
+def eye_column(box_m: Array, eye_m: Array) -> float:
+    """Give the greatest column between the eye and a corner of a box."""
+    corners = floats([[box_m[i, 0], box_m[j, 1], box_m[k, 2]] for i in (0, 1) for j in (0, 1)
+                      for k in (0, 1)])  # fmt: skip
+    return _greatest_column(eye_m, corners)
+
+
+def lamp_column(lamp: Lamp, box_m: Array, eye_m: Array) -> Column:
+    """Give the columns of light from a lamp to the eye by way of the drops in a box."""
+    return Column(0.0, eye_column(box_m, eye_m) + eye_column(box_m, lamp.position_m))
+
+
+def _greatest_column(start_m: Array, ends_m: Array) -> float:
+    away = ends_m - start_m
+    length = np.linalg.norm(away, axis=1)
+    rise = away[:, 2] / np.maximum(length, 1e-9)
+    return float(atmosphere.segment_column(start_m[2], rise, length).max())
+
+
+def greatest_depth(volume: DropletVolume, greatest_per_m: float) -> float:
+    """Bound the depth of rain on any way through the box and out again."""
+    return 2.0 * greatest_per_m * float(np.linalg.norm(volume.box_m[1] - volume.box_m[0]))

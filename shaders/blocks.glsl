@@ -1,0 +1,23 @@
+#include "definitions.glsl"
+
+// What varies smoothly over the picture is computed at nodes BLOCK pixels apart, on the corners of
+// blocks of pixels, and interpolated within each block; blocks where that would not do are flagged.
+
+#if BLOCK
+const Number MISS = -1.0;           // stored where a node's ray misses the rain
+
+vec2 nodePixel(vec2 fragment) {
+    return (fragment - 0.5) * float(BLOCK);
+}
+
+// Texture coordinate of a pixel among the nodes.
+vec2 nodePlace(vec2 pixel, sampler2D nodes) {
+    return (pixel / float(BLOCK) + 0.5) / vec2(textureSize(nodes, 0));
+}
+
+// Error of a linear interpolation half-way between b and c, from the nodes beyond them; where one of
+// these misses, a part of their difference.
+vec4 bend(vec4 a, vec4 b, vec4 c, vec4 d) {
+    return a.x < 0.0 || d.x < 0.0 ? 0.125 * abs(c - b) : (1.0 / 16.0) * abs(a - b - c + d);
+}
+#endif

@@ -1,0 +1,84 @@
+#include "definitions.glsl"
+#include "math.glsl"
+#include "fast_scene.glsl"
+#include "radii.glsl"
+
+// What a ray through the rain gathers for one sun, before any colour: its drops' weight and the mean
+// circumstances of their light. The light itself follows from a table at the pixel's own angle.
+
+#if SUN
+uniform vec3 sunDirection;      // towards the sun
+#if AIR
+uniform vec4 sunCubic;          // air column towards it less the middle column: cubic in the height
+#if SHADOW
+uniform sampler2D columnTable;  // where no cubic will do: a sun at the horizon
+uniform vec2 sunShadow;         // its altitude; the middle column
+#endif
+#endif
+
+struct SunPath {
+    Number weight;         // per metre: density, times radius^(7/3) where radii differ, attenuated
+    Column column;         // mean air column towards sun and eye, above the middle
+    Number depth;          // mean depth of the rain
+};
+
+#if AIR
+// Air column towards sun and eye, less the middle column.
+Column columnAt(Position at, Direction ray, Length distance) {
+    Length height = eyeHeight + at.z;
+#if SHADOW
+    Column towards = sunColumn(columnTable, height, sunShadow.x) - sunShadow.y;
+#else
+    Column towards = sunCubic.x + height * (sunCubic.y + height * (sunCubic.z + height * sunCubic.w));
+#endif
+    return towards + segmentColumn(eyeHeight, ray.z, distance);
+}
+#endif
+
+// Equation 2 without its wavelengths, by the midpoint rule. `count` of 0 gathers nothing.
+#if SEVERAL_RADII
+#define RADII , inout Radii radii
+#else
+#define RADII
+#endif
+SunPath gatherSun(Direction ray, vec2 span, int count RADII) {
+    SunPath sums = SunPath(0.0, 0.0, 0.0);
+    Length stepLength = (span.y - span.x) / float(max(count, 1));
+#if EXTINCTION
+    Number toEye = 0.0;
+    Number toSun = rainTowards(ray, span.x, sunDirection, 3.0e38);
+#endif
+    for (int i = 0; i < count; ++i) {
+        Length distance = span.x + (float(i) + 0.5) * stepLength;
+        Position at = distance * ray;
+        Droplets drops = dropletsAt(at);
+        Number reach = drops.density * stepLength;
+        Number depth = 0.0;
+        Column column = 0.0;
+#if SEVERAL_RADII
+        Number logRadius = log(max(drops.radius, 1.0e-7)) - middleRadius;
+        reach *= exp(RADIUS_POWER * logRadius);
+#endif
+#if AIR
+        column = columnAt(at, ray, distance);
+        reach *= exp(-greyAir * column);
+#endif
+#if EXTINCTION
+        Number before = toEye + toSun;
+        toEye += stepLength * drops.extinction;
+        toSun = rainTowards(ray, distance + 0.5 * stepLength, sunDirection, 3.0e38);
+        Number behind = toEye + toSun;
+        depth = 0.5 * (before + behind);
+        reach *= exp(-min(before, behind)) * meanDecay(abs(behind - before));
+#endif
+        sums.weight += reach;
+        sums.column += reach * column;
+        sums.depth += reach * depth;
+#if SEVERAL_RADII
+        gatherRow(radii, reach, (logRadius - radiusRows.x) * radiusRows.y);
+#endif
+    }
+    Number whole = 1.0 / max(sums.weight, 1.0e-30);
+    return SunPath(sums.weight / (span.y - span.x), sums.column * whole, sums.depth * whole);
+}
+#endif
