@@ -6,11 +6,8 @@ look-ups that everything else uses.
 
 from __future__ import annotations
 
-import io
 import math
-import textwrap
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -18,7 +15,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow import __version__
 from rtbow.airy import SCALE_POWER, bow
 from rtbow.arrays import Array, Progress, floats, no_progress
 from rtbow.colour import xyz_to_rgb
@@ -33,7 +29,17 @@ from rtbow.constants import (
 )
 from rtbow.display import auto_exposure_ev, display
 from rtbow.errors import InputError
-from rtbow.files import write_atomic
+from rtbow.plot import (
+    COLOURS,
+    GREY,
+    GRID_GREY,
+    PLOT_SUFFIXES,
+    caption,
+    legend,
+    new_figure,
+    save,
+    style,
+)
 from rtbow.sections import Sections, Theory, water_sections
 from rtbow.spectrum import E490, colour_weights, load_spectrum, wavelength_bins
 from rtbow.water import relative_index
@@ -42,7 +48,7 @@ Component = Literal["mean", "perpendicular", "parallel"]
 Scale = Literal["linear", "log"]
 Normalise = Literal["column", "none"]
 
-CHART_SUFFIXES = (".png", ".svg")
+CHART_SUFFIXES = PLOT_SUFFIXES
 PROFILE_FROM_DEG: dict[Scale, float] = {"linear": 115.0, "log": 0.0}
 """Where profiles start: at the secondary bow, or, where its light still shows, at the sun."""
 LEE_DEG = (135.0, 147.0)
@@ -191,10 +197,10 @@ def profiles(
     ):
         for number in numbers:
             _require(option, number, low, high, unit)
-    if not 0 < len(radii) * len(nm) <= len(_COLOURS):
+    if not 0 < len(radii) * len(nm) <= len(COLOURS):
         raise InputError(
             f"--radius-um, --wavelength-nm: {len(radii)} x {len(nm)} are {len(radii) * len(nm)}"
-            f" curves; must be 1..{len(_COLOURS)}, so that each has a colour of its own"
+            f" curves; must be 1..{len(COLOURS)}, so that each has a colour of its own"
         )
     _require_angles(theta_deg)
     # Finer than the fringes, and in a narrow range finer than a picture's pixels.
@@ -328,57 +334,6 @@ def lee_raster(
 
 # --- Drawing -----------------------------------------------------------------------------------
 
-# Okabe and Ito, Color Universal Design (2008), without its yellow, which white paper swallows.
-_COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-_DPI = 150
-_GREY = "#555555"
-_STYLE = {
-    "font.family": ["DejaVu Sans"],  # comes with matplotlib: the same picture everywhere
-    "font.size": 10.0,
-    "axes.linewidth": 0.8,
-    "axes.grid": False,
-    "lines.linewidth": 1.4,
-    "svg.fonttype": "none",  # text stays text, for search and for editing
-    "svg.hashsalt": "rtbow",
-    "path.simplify": True,
-}
-
-
-@contextmanager
-def _style() -> Iterator[None]:
-    import matplotlib
-
-    with matplotlib.rc_context(_STYLE):  # type: ignore[arg-type]
-        yield
-
-
-def _figure(width: float, height: float) -> Any:
-    # No pyplot: its figures are global state, and its backend the user's.
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), layout="constrained")
-
-
-def _caption(figure: Any, text: str) -> None:
-    """Write what the chart assumes below it, and keep that room free."""
-    width, height = figure.get_size_inches()
-    lines = textwrap.wrap(f"{text}. rtbow {__version__}", int(width * 18.0))
-    room = (0.14 * len(lines) + 0.12) / height
-    # Panels side by side stay so far apart that the numbers at their corners do.
-    figure.get_layout_engine().set(rect=(0.0, room, 1.0, 1.0 - room), wspace=0.05)
-    figure.text(
-        0.08 / width, 0.07 / height, "\n".join(lines), fontsize=7.5, color=_GREY, va="bottom"
-    )
-
-
-def _save(figure: Any, path: Path) -> None:
-    buffer = io.BytesIO()
-    kind = path.suffix.lower().removeprefix(".")
-    # No date and no version of the library inside: the same numbers give the same file.
-    metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": "rtbow"}
-    figure.savefig(buffer, format=kind, dpi=_DPI, metadata=metadata)
-    write_atomic(path, buffer.getvalue())
-
 
 def _opposite(angle_deg: Any) -> Any:
     """From the scattering angle to the angle from the antisolar point, and back."""
@@ -395,7 +350,7 @@ def _in_powers(values: Array) -> tuple[float, str]:
 def _curves(data: Profiles) -> list[tuple[int, int, str]]:
     """Every radius and wavelength, and the colour of its curve."""
     pairs = [(r, w) for r in range(len(data.radius_um)) for w in range(len(data.wavelength_nm))]
-    return [(r, w, colour) for (r, w), colour in zip(pairs, _COLOURS, strict=False)]
+    return [(r, w, colour) for (r, w), colour in zip(pairs, COLOURS, strict=False)]
 
 
 def _line(data: Profiles, theory: Theory, colour: str, scale: Scale) -> dict[str, Any]:
@@ -405,14 +360,7 @@ def _line(data: Profiles, theory: Theory, colour: str, scale: Scale) -> dict[str
     if theory == "mie" or len(data.values) == 1:
         return {"color": colour, "lw": width}
     alone = len(data.radius_um) * len(data.wavelength_nm) == 1
-    return {"color": _COLOURS[1] if alone else colour, "lw": width, "ls": (0, (4.0, 1.6))}
-
-
-def _legend(axis: Any, columns: int) -> None:
-    # On white, so that no grid line strikes through the words.
-    axis.legend(
-        fontsize=8.5, ncols=columns, frameon=True, framealpha=0.9, edgecolor="none", fancybox=False
-    )
+    return {"color": COLOURS[1] if alone else colour, "lw": width, "ls": (0, (4.0, 1.6))}
 
 
 def _draw_panel(axis: Any, data: Profiles, radii: Sequence[int], scale: Scale) -> None:
@@ -454,18 +402,18 @@ def draw_profiles(path: Path, data: Profiles, scale: Scale, difference: bool) ->
     every = range(len(data.radius_um))
     panels = [[r] for r in every] if scale == "linear" else [list(every)]
     heights = [1.0 if len(panels) > 1 else 1.4] * len(panels) + [0.8] * difference
-    with _style():
-        figure = _figure(9.0, 1.3 + 2.6 * sum(heights))
+    with style():
+        figure = new_figure(9.0, 1.3 + 2.6 * sum(heights))
         grid = figure.subplots(
             len(heights), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
         )[:, 0]
         for axis, radii in zip(grid, panels, strict=False):
             _draw_panel(axis, data, radii, scale)
-            _legend(axis, 2 if len(axis.lines) > 6 else 1)
+            legend(axis, 2 if len(axis.lines) > 6 else 1)
         if difference:
             _draw_difference(grid[-1], data)
         for axis in grid:
-            axis.grid(color="#dddddd", lw=0.6)
+            axis.grid(color=GRID_GREY, lw=0.6)
             axis.set_axisbelow(True)
         grid[-1].set_xlim(data.theta_deg[0], data.theta_deg[-1])
         grid[-1].set_xlabel("scattering angle, degrees")
@@ -476,18 +424,18 @@ def draw_profiles(path: Path, data: Profiles, scale: Scale, difference: bool) ->
             "perpendicular": "component perpendicular to the scattering plane",
             "parallel": "component parallel to the scattering plane",
         }[data.component]
-        _caption(figure, f"Differential cross-section of one drop, {light}. {data.setup.caption}")
-        _save(figure, path)
+        caption(figure, f"Differential cross-section of one drop, {light}. {data.setup.caption}")
+        save(figure, path)
 
 
 def _draw_difference(axis: Any, data: Profiles) -> None:
     for r, w, colour in _curves(data):
         percent = 100.0 * data.difference[r, w]
         axis.plot(data.theta_deg, percent, color=colour, lw=1.1, label=_name(data, r, w, None))
-    axis.axhline(0.0, color=_GREY, lw=0.6)
+    axis.axhline(0.0, color=GREY, lw=0.6)
     axis.set_ylabel("Airy − Mie,\n% of Mie's primary peak")
     if len(axis.lines) > 2:
-        _legend(axis, 2)
+        legend(axis, 2)
 
 
 def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
@@ -500,8 +448,8 @@ def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
     """
     pictures = data.pictures(normalise)
     low, high = data.theta_deg
-    with _style():
-        figure = _figure(1.2 + 4.4 * len(pictures), 5.6)
+    with style():
+        figure = new_figure(1.2 + 4.4 * len(pictures), 5.6)
         grid = figure.subplots(1, len(pictures), sharey=True, squeeze=False)[0]
         for axis, (theory, picture) in zip(grid, pictures.items(), strict=True):
             # In the axes' own coordinates: data coordinates would be logarithmic, which images
@@ -524,12 +472,12 @@ def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
             "column": "each radius to its own greatest luminance",
             "none": "luminance per area of drop",
         }[normalise]
-        _caption(
+        caption(
             figure,
             "Lee diagram: colour of sunlight (ASTM E-490) from drops of one radius, CIE 1931 2°,"
             f" sRGB, {weight}. {data.setup.caption}",
         )
-        _save(figure, path)
+        save(figure, path)
 
 
 def _log_radius_axis(axis: Any, radius_um: tuple[float, float]) -> None:

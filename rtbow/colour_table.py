@@ -198,7 +198,7 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
 
 
 def hat_fit(fine: Array, rows: Array) -> Array:
-    """Give the matrix (R, F) that fits values at fine radii (F,) by straight lines between rows (R,).
+    """Give the matrix (R, F) that fits values at radii (F,) by straight lines between rows (R,).
 
     By least squares over all radii between the rows: along a ray drops of many radii meet, so that
     the mean error counts, which is far less than that of rows that are right at their own radius.

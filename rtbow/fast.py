@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.context import GlContext
+from rtbow.fast_lamp import FastLamp
 from rtbow.fast_settings import settings_for
 from rtbow.fast_sun import FastSun
 from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes, volume_texture
@@ -30,9 +31,13 @@ class FastPass:
         check_sizes(gl, scene.camera.size_px, parts.volume.shape)
         self._target: FrameTarget | None = None
         drops = None if parts.volume.uniform else volume_texture(gl, parts.moments())
-        self._lights = [
+        self._lights: list[FastSun | FastLamp] = [
             FastSun(gl, scene, parts, number, settings, drops, progress)
             for number in range(len(parts.optics.suns))
+        ]
+        self._lights += [
+            FastLamp(gl, scene, parts, number, settings, drops, progress)
+            for number in range(len(parts.optics.lamps))
         ]
 
     @property

@@ -22,7 +22,7 @@ class FastSettings:
         colour: relative error left to the fit of the air's colours.
         hat_scale: factor of the rows of radius that a ray's drops are counted at.
         samples_per_log_radius: further samples per cell and per change of ln(radius).
-        lamp_samples: steps in angle along a ray that a lamp lights, per grid cell.
+        lamp_scale: factor of the steps in angle along a ray that a lamp lights.
     """
 
     samples_per_cell: float
@@ -34,7 +34,7 @@ class FastSettings:
     colour: float
     hat_scale: float
     samples_per_log_radius: float
-    lamp_samples: float
+    lamp_scale: float
 
 
 def settings_for(delta_e: float) -> FastSettings:
@@ -56,7 +56,7 @@ def settings_for(delta_e: float) -> FastSettings:
         colour=min(1e-3 * share, 5e-3),
         hat_scale=min(max(share**-0.5, 0.5), 2.0),
         samples_per_log_radius=3.0 * share**-0.5,
-        lamp_samples=min(max(0.75 * share**-0.5, 0.35), 2.0),
+        lamp_scale=min(max(0.75 * share**-0.5, 0.35), 1.5),
     )
 
 
@@ -70,4 +70,4 @@ def hat_rows(spread: float, settings: FastSettings) -> float:
         spread: deviation of ln(radius) along a ray.
         settings: how coarse.
     """
-    return settings.hat_scale * min(max(2.6 / max(spread, 1e-6), 11.0), 60.0)
+    return settings.hat_scale * min(max(3.0 / max(spread, 1e-6), 11.0), 60.0)

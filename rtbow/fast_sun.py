@@ -9,18 +9,15 @@ themselves.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
-from rtbow import atmosphere, constants
-from rtbow.airy import RADIUS_POWER
+from rtbow import atmosphere
 from rtbow.arrays import Array, Progress, floats
-from rtbow.camera import camera_basis, polarizer_pass
-from rtbow.colour import XYZ_TO_RGB
-from rtbow.colour_bake import Drops, middle_radius, outcomes
+from rtbow.colour_bake import Drops, outcomes
 from rtbow.colour_table import (
     NO_AIR,
     chords,
@@ -31,17 +28,24 @@ from rtbow.colour_table import (
     unfolded,
 )
 from rtbow.context import GlContext
-from rtbow.extinction import mean_extinction_towards
-from rtbow.fast_settings import FastSettings, hat_rows
-from rtbow.fast_volume import SunColumns, filled_box, greatest_depth, radius_spread, sun_columns
+from rtbow.fast_scene import (
+    bind_rain,
+    blocks_of,
+    flag_target,
+    march_rates,
+    radius_rows,
+    rain_colour,
+    scene_defines,
+    set_march,
+    set_scene,
+)
+from rtbow.fast_settings import FastSettings
+from rtbow.fast_volume import SunColumns, filled_box, sun_columns
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up
 from rtbow.glsl import Define
 from rtbow.lights import Sun
 from rtbow.parts import Parts, cone_range
 from rtbow.scene import Scene
-from rtbow.section_table import radius_axis
-from rtbow.spectral_layout import MAX_STEPS, matrix_literal
-from rtbow.steps import LEAST_RAIN_SAMPLES, step_rates
 
 _DIRECT_SAMPLES = 4
 """Midpoint samples of the air along a ray through an even volume."""
@@ -58,45 +62,6 @@ class _Nodes:
     paths: moderngl.Framebuffer
     hats: moderngl.Framebuffer | None
     flags: moderngl.Framebuffer
-
-
-def scene_defines(scene: Scene, parts: Parts, several: bool) -> dict[str, Define]:
-    """Give the switches and constants that all programs of method ``fast`` share."""
-    rain = parts.rain is not None
-    return {
-        "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
-        "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
-        "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
-        "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
-        "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
-        "NO_PLANE": constants.NO_PLANE,
-        "RADIUS_POWER": RADIUS_POWER,
-        "MAX_STEPS": MAX_STEPS,
-        "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
-        "GRID": not parts.volume.uniform,
-        "SEVERAL_RADII": several,
-        "AIR": parts.optics.has_air,
-        "EXTINCTION": rain,
-        "ATTENUATION": False,
-        "POLARIZER": scene.camera.polarizer_deg is not None,
-    }
-
-
-def set_scene(program: GlProgram, scene: Scene, parts: Parts, box_m: Array) -> None:
-    """Set the uniforms that all programs of method ``fast`` share."""
-    camera, volume = scene.camera, parts.volume
-    eye = np.array(camera.position_m)
-    program.set("frameSize", tuple(float(n) for n in camera.size_px))
-    program.set("cameraBasis", tuple(camera_basis(camera).ravel()))
-    program.set("eyeHeight", float(eye[2]))
-    if camera.polarizer_deg is not None:
-        program.set("polarizerPass", tuple(polarizer_pass(camera)))
-    program.set("boxLow", tuple(box_m[0] - eye))
-    program.set("boxHigh", tuple(box_m[1] - eye))
-    program.set("gridLow", tuple(volume.box_m[0] - eye))
-    program.set("gridPerMetre", tuple(1.0 / (volume.box_m[1] - volume.box_m[0])))
-    program.set("uniformDensity", float(volume.number_per_m3[0, 0, 0]))
-    program.set("uniformExtinction", parts.rain.greatest if parts.rain is not None else 0.0)
 
 
 class FastSun:
@@ -120,34 +85,32 @@ class FastSun:
         sun, volume, optics = parts.optics.suns[number], parts.volume, parts.optics
         eye = np.array(scene.camera.position_m)
         self._box = filled_box(volume)
-        fine, rows, self._middle = self._radii()
+        radii = radius_rows(volume, settings)
         columns = sun_columns(sun, self._box, eye)
         light = light_columns(
             sun.spectrum, node_step_nm(settings.wavelength_step_nm),
-            columns.column if optics.has_air else NO_AIR, settings.colour, self._rain_ratio(),
+            columns.column if optics.has_air else NO_AIR, settings.colour,
+            rain_colour(parts, settings),
         )  # fmt: skip
         chord = self._chords(sun)
-        drops = Drops(scene.scattering, np.exp(fine), volume.sizes)
+        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
         components = scene.camera.polarizer_deg is not None
         found = outcomes(
             gl, drops, light, unfolded(chord), sun.disc_rad,
             components=components, progress=building,
         )  # fmt: skip
-        self.table = colour_table(floats(found), light, chord, hat_fit(fine, rows))
+        self.table = colour_table(floats(found), light, chord, hat_fit(radii.fine, radii.rows))
         self._block = 0 if volume.uniform and parts.rain is None else settings.block
-        several = len(rows) > 1
-        self._groups = min(-(-len(rows) // 4), _GROUPS) if several and self._block else 0
+        rows = self.table.rows
+        self._groups = min(-(-rows // 4), _GROUPS) if rows > 1 and self._block else 0
         defines: dict[str, Define] = {
-            **scene_defines(scene, parts, several),
+            **scene_defines(scene, parts, self.table),
             "SUN": True,
             "NODES": False,
+            "PARTS": False,
             "SHADOW": optics.has_air and columns.cubic is None,
-            "RAIN_COLOUR": self.table.rain,
             "BLOCK": self._block,
             "DIRECT": 0 if self._block else (_DIRECT_SAMPLES if optics.has_air else 1),
-            "COMPONENTS": self.table.components,
-            "COLUMN_DEGREE": self.table.degree,
-            "RADIUS_ROWS": self.table.rows,
             "HAT_GROUPS": self._groups,
         }
         self._compose = GlProgram(gl, "fast_sun.frag", defines)
@@ -159,37 +122,16 @@ class FastSun:
             self._flags = GlProgram(gl, "fast_flags.frag", defines)
             marching.append(self._path)
             self._nodes = self._make_nodes(defines)
+        rates = march_rates(parts, settings)
         for program in marching:
             set_scene(program, scene, parts, self._box)
-            self._set(program, sun, columns, light.grey, rows)
+            set_march(program, scene, rates, radii, light.grey)
+            self._set(program, sun, columns)
             if drops_texture is not None:
                 program.bind("dropletMoments", drops_texture)
-            if parts.rain is not None and not volume.uniform:
-                towards = mean_extinction_towards(sun, volume, parts.rain.field)
-                program.volume("rainToLight", towards[..., None])
+            bind_rain(program, sun, parts)
             if defines["SHADOW"]:
                 program.texture("columnTable", atmosphere.column_table().log_column)
-
-    def _radii(self) -> tuple[Array, Array, float]:
-        """Logarithms of the radii of cross-sections, of the rows, and of the middle."""
-        volume = self._parts.volume
-        fine = radius_axis(volume.size_range_um, volume.sizes, self._settings.row_step).radius_m
-        middle = float(np.log(middle_radius(fine)))
-        if len(fine) == 1:
-            return np.log(fine), np.log(fine), middle
-        span = float(np.log(fine[-1] / fine[0]))
-        per_fold = hat_rows(radius_spread(volume), self._settings)
-        count = min(2 + int(span * per_fold), len(fine))
-        return np.log(fine), np.linspace(np.log(fine[0]), np.log(fine[-1]), count), middle
-
-    def _rain_ratio(self) -> Callable[[Array], Array] | None:
-        rain, optics = self._parts.rain, self._parts.optics
-        if rain is None:
-            return None
-        depth = min(greatest_depth(self._parts.volume, rain.greatest), 3.0)
-        if np.abs(rain.ratio - 1.0).max() * depth < self._settings.colour:
-            return None
-        return lambda nm: floats(np.interp(nm, optics.wavelength_nm, rain.ratio))
 
     def _chords(self, sun: Sun) -> Array:
         """Choose the table's angles: those in the picture, finely enough for its drops and disc."""
@@ -201,14 +143,12 @@ class FastSun:
         return chords(low, high, float(step), min(self._gl.limits.texture_2d, 16_384))
 
     def _make_nodes(self, defines: Mapping[str, Define]) -> _Nodes:
-        width, height = self._scene.camera.size_px
-        blocks = -(-width // self._block), -(-height // self._block)
+        blocks = blocks_of(self._scene.camera.size_px, self._block)
         size = blocks[0] + 1, blocks[1] + 1
         ctx = self._gl.ctx
         air, rain = bool(defines["AIR"]), self.table.rain
         nodes = ctx.texture(size, 4 if rain else (2 if air else 1), dtype="f4")
-        flags = ctx.texture(blocks, 4, dtype="f1")
-        flags.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        flags = flag_target(self._gl, blocks)
         weights = [ctx.texture(size, 4, dtype="f4") for _ in range(self._groups)]
         hats = None
         if self._groups:
@@ -219,39 +159,22 @@ class FastSun:
             hats = ctx.framebuffer([atlas])
             for program in (self._compose, self._flags):
                 program.bind("hats", atlas)
-        for texture in (nodes, flags):
-            texture.repeat_x = texture.repeat_y = False
+        nodes.repeat_x = nodes.repeat_y = False
         self._flags.bind("nodes", nodes)
         self._compose.bind("nodes", nodes)
         self._compose.bind("flags", flags)
         bend = self._settings.bend
         # A path's mean column and depth enter the light by far smaller shares.
-        self._flags.set("tolerance", (bend, 4.0 * bend, 10.0 * bend))
+        self._flags.set("tolerance", (bend, 4.0 * bend, 10.0 * bend, 1e30))
         self._flags.set("leastShare", 1e-4)
         return _Nodes(ctx.framebuffer([nodes, *weights]), hats, ctx.framebuffer([flags]))
 
-    def _set(
-        self, program: GlProgram, sun: Sun, columns: SunColumns, grey: float, rows: Array
-    ) -> None:
-        parts, table = self._parts, self.table
-        program.set("greyAir", grey)
-        program.set("middleRadius", self._middle)
-        if len(rows) > 1:
-            per_fold = (len(rows) - 1) / float(rows[-1] - rows[0])
-            program.set("radiusRows", (float(rows[0]) - self._middle, per_fold))
-        rain = parts.rain.greatest if parts.rain is not None else 0.0
-        rates = step_rates(
-            parts.volume, parts.optics, rain, self._settings.samples_per_cell,
-            self._settings.samples_per_log_radius,
-        )  # fmt: skip
-        program.set("cellsPerMetre", tuple(rates.cells_per_metre))
-        program.set("airPerMetre", rates.air_per_metre)
-        program.set("fixedSteps", self._scene.render.steps or 0)
+    def _set(self, program: GlProgram, sun: Sun, columns: SunColumns) -> None:
         program.set("sunDirection", tuple(sun.direction))
         if columns.cubic is not None:
             program.set("sunCubic", tuple(columns.cubic))
         program.set("sunShadow", (sun.altitude_rad, columns.column.middle))
-        program.set("chordAxis", (table.first, table.per_chord))
+        program.set("chordAxis", (self.table.first, self.table.per_chord))
 
     @property
     def textures(self) -> list[Texture]:

@@ -38,7 +38,7 @@ def filled_box(volume: DropletVolume) -> Array:
 
 def radius_spread(volume: DropletVolume) -> float:
     """Give how much radii differ along a ray: the deviation of ln(radius) along the grid's lines,
-    weighted by the light of their drops, at the line's 95th percentile."""
+    weighted by the light of their drops, of the median line."""
     if volume.uniform or volume.radius_range_um[0] == volume.radius_range_um[1]:
         return 0.0
     filled = volume.number_per_m3 > 0.0
@@ -52,7 +52,7 @@ def radius_spread(volume: DropletVolume) -> float:
         square = (weight * log * log).sum(axis=axis, dtype=np.float64) / safe
         deviation = np.sqrt(np.maximum(square - mean**2, 0.0)).ravel()
         lit = total.ravel() > 1e-3 * total.max()
-        widest = max(widest, float(np.percentile(deviation[lit], 95.0)))
+        widest = max(widest, float(np.median(deviation[lit])))
     return widest
 
 

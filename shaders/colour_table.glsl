@@ -25,6 +25,13 @@ Number foldedChordAt(Length side, Length place) {
     return place > 0.0 ? 2.0 * RIGHT_ANGLE_CHORD - chord : chord;
 }
 
+// How fast the folded chord grows with the angle there: cos(theta / 2) up to a right angle, as much
+// beyond it.
+Number chordSlopeAt(Length side, Length place) {
+    Length away = length(vec2(side, place));
+    return sqrt(0.5 * (1.0 + abs(place) / away));
+}
+
 #if SEVERAL_RADII
 // `row` need not be whole.
 vec4 colourAt(sampler2D colours, Number texel, Number row) {

@@ -5,7 +5,8 @@
 // rows of radius any node of the block has drops of.
 
 uniform sampler2D nodes;
-uniform vec3 tolerance;             // of the nodes' first channel a share of it; of others absolute
+uniform vec4 tolerance;             // of the nodes' first channel a share of it; of others absolute, or
+                                    // shares of the first one, too, where they are parts of it
 #if SEVERAL_RADII
 uniform sampler2D hats;             // groups side by side, as fast_hats.frag puts them
 uniform float leastShare;           // of a block's weight that a group must have to count
@@ -27,8 +28,12 @@ void main() {
     float level = 0.25 * (n[5].x + n[6].x + n[9].x + n[10].x);
     float least = min(min(n[5].x, n[6].x), min(n[9].x, n[10].x));
     float most = max(max(n[5].x, n[6].x), max(n[9].x, n[10].x));
-    bool rough = most > 0.0
-        && (error.x > tolerance.x * level || error.y > tolerance.y || error.z > tolerance.z);
+#if PARTS
+    error /= max(level, 1.0e-30);
+#else
+    error.x /= max(level, 1.0e-30);
+#endif
+    bool rough = most > 0.0 && any(greaterThan(error, tolerance));
     bool edge = least < 0.0 && most >= 0.0;
     flag = vec4(edge || rough ? 1.0 : 0.0, 0.0, 0.0, 0.0);
 #if SEVERAL_RADII

@@ -48,6 +48,13 @@ Length placeAt(Stretch stretch, LampRay lamp, Number share) {
     return fromStart ? place : -place;
 }
 
+// The place half-way between two others in the angle at the lamp.
+Length bisector(LampRay lamp, Length from, Length to) {
+    Length near = length(vec2(lamp.side, from));
+    Length far = length(vec2(lamp.side, to));
+    return (from * far + to * near) / (near + far);
+}
+
 // Angular radius of the lamp seen from a place. Arc sine of a ratio up to 1, from an arc tangent:
 // Mesa's asin errs by 4e-4.
 Angle lampDisc(LampRay lamp, Length place) {

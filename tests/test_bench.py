@@ -380,6 +380,16 @@ def test_points_that_would_take_too_long_are_skipped(monkeypatch):
     assert rows[3].frame_ms is None
 
 
+def test_nothing_follows_a_point_that_took_too_long(monkeypatch):
+    def slow(scene, row, *args):
+        raise TooSlowError("a frame takes 9 s")
+
+    monkeypatch.setattr(rtbow.bench_scaling, "measure", slow)
+    first, second = run_scaling("uniform", QUICK, 2.0, axes={"steps": (8, 16)})
+    assert first.skipped == "a frame takes 9 s; a point may take 2 s"
+    assert second.skipped == "more than the point before; may take 2 s"
+
+
 def test_a_frame_beyond_the_limit_ends_its_point():
     scene = QUICK.scene("uniform", {})
     row = BenchRow("uniform", "spectral", {}, {}, SMALL)

@@ -1,0 +1,514 @@
+"""Measures how quick the shader's methods are and how far their frames are from the reference.
+
+Times first, errors after: what the reference takes up is then in no row's memory. A method's frames
+and those of the floor (:mod:`rtbow.bench_floor`) take turns, so that whatever else the machine does
+meets both alike.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from rtbow import __version__
+from rtbow.arrays import Array, Progress, no_progress
+from rtbow.bench_error import (
+    REFERENCE_STEP_NM,
+    PixelSample,
+    colour_error,
+    lit_pixels,
+    reference_xyz,
+    sample_pixels,
+)
+from rtbow.bench_floor import FloorPass
+from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name, load_average
+from rtbow.context import Backend
+from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.renderer import METHODS, Method, Renderer
+from rtbow.scene import Scene
+from rtbow.scene_file import load_scene
+
+DEFAULT_SIZE = (640, 360)
+DEFAULT_ERROR_PIXELS = 400
+SPECTRAL_STEP_NM = 5.0
+"""Wavelength step of method ``spectral`` unless it is set: 81 wavelengths, also where a scene's own
+file makes do with fewer."""
+STEP_KEY = "render.wavelength_step_nm"
+TOLERANCE_KEY = "render.max_delta_e"
+
+LEAST_FRAMES = 9
+MOST_FRAMES = 99
+LEAST_SLOW_FRAMES = 3
+SLOW_S = 5.0
+"""Where a frame takes longer, ``LEAST_SLOW_FRAMES`` do."""
+_TIMED_S = 1.0
+"""Quick frames are repeated for so long, up to ``MOST_FRAMES``."""
+_QUICK_S = 0.25
+"""Where a frame takes longer, caches that another method left behind do not show."""
+_WARM_UP_S = 0.3
+"""Quick frames are drawn for so long before any is timed."""
+
+Show = Callable[[str, str], Progress]
+"""Gives, for a label and a unit, the wrapper of a loop that shows how far it is."""
+
+
+def no_show(label: str, unit: str) -> Progress:
+    """Show nothing."""
+    return no_progress
+
+
+def shader_methods() -> tuple[Method, ...]:
+    """Give the methods that draw on the GL device, but for ``auto``, which is one of them."""
+    return tuple(method for method in METHODS if method not in ("auto", "reference"))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is measured, and how.
+
+    Attributes:
+        size_px: width and height of the frames.
+        methods: of the shader's.
+        max_delta_e: tolerances of method ``fast``, a row each; empty for the scene's own.
+        settings: overrides of every scene, by dotted key.
+        backend: how to get a GL context.
+        frames: timed frames of a row; None follows the time that one takes.
+        error_pixels: how many pixels are compared with the reference; None is all, 0 none.
+        command: what the user typed, to be told in each row.
+    """
+
+    size_px: tuple[int, int] = DEFAULT_SIZE
+    methods: tuple[Method, ...] = field(default_factory=shader_methods)
+    max_delta_e: tuple[float, ...] = ()
+    settings: Mapping[str, object] = field(default_factory=dict)
+    backend: Backend = "auto"
+    frames: int | None = None
+    error_pixels: int | None = DEFAULT_ERROR_PIXELS
+    command: str = ""
+
+    def __post_init__(self) -> None:
+        known = shader_methods()
+        for method in self.methods:
+            if method not in known:
+                raise InputError(
+                    f"--method {method}: cannot be timed; must be {' or '.join(known)}"
+                )
+        for tolerance in self.max_delta_e:
+            if not 0.0 < tolerance < np.inf:  # NaN too
+                raise InputError(f"--max-delta-e {tolerance:g}: must be greater than 0")
+        if self.max_delta_e and "fast" not in self.methods:
+            raise InputError("--max-delta-e goes with method fast; add --method fast")
+        if self.max_delta_e and TOLERANCE_KEY in self.settings:
+            raise InputError(f"--max-delta-e and --set {TOLERANCE_KEY}: give one of the two")
+
+    def variants(self) -> list[tuple[Method, dict[str, object]]]:
+        """List the methods with the overrides that they take beside ``settings``."""
+        found: list[tuple[Method, dict[str, object]]] = []
+        for method in self.methods:
+            if method == "spectral" and STEP_KEY not in self.settings:
+                found.append((method, {STEP_KEY: SPECTRAL_STEP_NM}))
+            elif method == "fast" and self.max_delta_e:
+                found += [(method, {TOLERANCE_KEY: one}) for one in self.max_delta_e]
+            else:
+                found.append((method, {}))
+        return found
+
+    def scene(self, name: str | None, changes: Mapping[str, object]) -> Scene:
+        """Load a scene with the overrides of this plan, and more.
+
+        Raises:
+            InputError: see :func:`rtbow.scene_file.load_scene`.
+        """
+        size = {"camera.size_px": list(self.size_px)}
+        return load_scene(name, {**size, **self.settings, **changes})
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Median and quartiles of some times, ms."""
+
+    median: float
+    q25: float
+    q75: float
+    count: int
+
+    @classmethod
+    def of(cls, times_ms: Sequence[float]) -> Timing:
+        """Give the median and the quartiles of times."""
+        q25, median, q75 = np.percentile(times_ms, [25.0, 50.0, 75.0])
+        return cls(float(median), float(q25), float(q75), len(times_ms))
+
+
+@dataclass(frozen=True)
+class BenchRow:
+    """One measurement; the names are the keys of ``--json``. None is what was not measured.
+
+    Attributes:
+        scene: its name or path.
+        method: of the shader's.
+        setting: overrides of this row alone, by dotted key.
+        common: overrides that all rows of the run share.
+        size_px: width and height.
+        frames: how many were timed.
+        frame_ms: median time of a frame, from the call until the device is done.
+        frame_ms_q25: first quartile.
+        frame_ms_q75: third quartile.
+        first_frame_ms: the first frame: context, textures, programs, drawing and reading.
+        pixels_per_second: by the median.
+        floor_ms: median time of the floor, one table look-up per pixel, between those frames.
+        floor_ms_q25: first quartile.
+        floor_ms_q75: third quartile.
+        floor_frames: how many of the floor's frames were timed.
+        floor_ratio: ``frame_ms`` over ``floor_ms``.
+        wavelength_step_nm: of methods with a wavelength loop.
+        spectral_ms: ``frame_ms`` of method ``spectral`` in the same run.
+        spectral_step_nm: its wavelength step.
+        speed_up: ``spectral_ms`` over ``frame_ms``.
+        delta_e_p50: ΔE2000 against the reference, median over the compared pixels with light.
+        delta_e_p99: its 99th percentile.
+        delta_e_max: its greatest.
+        relative_l2: root of the summed squares of the differences of X, Y, Z over that of the
+            reference.
+        error_pixels: how many pixels were compared.
+        error_pixels_lit: how many of them have light in the reference.
+        error_sample: where they are.
+        reference_step_nm: the reference's wavelength step.
+        peak_rss_mib: the most memory that the process held.
+        peak_rss_since: ``"row"``, or ``"process"`` where the system keeps no later peak.
+        start_rss_mib: what the process held before the row.
+        texture_bytes: the method's textures on the device, tables and volume.
+        gl_renderer: the GL device and driver.
+        backend: how the context was made.
+        cpu: the CPU's name.
+        cpu_count: CPUs that the process may use.
+        load_average: of the machine before the row, over a minute.
+        rtbow_version: the version.
+        command: what was typed.
+        scaling: ``{"axis": name, "value": number}`` of a scaling run.
+        skipped: why nothing was measured.
+    """
+
+    scene: str
+    method: str
+    setting: dict[str, object]
+    common: dict[str, object]
+    size_px: tuple[int, int]
+    frames: int = 0
+    frame_ms: float | None = None
+    frame_ms_q25: float | None = None
+    frame_ms_q75: float | None = None
+    first_frame_ms: float | None = None
+    pixels_per_second: float | None = None
+    floor_ms: float | None = None
+    floor_ms_q25: float | None = None
+    floor_ms_q75: float | None = None
+    floor_frames: int = 0
+    floor_ratio: float | None = None
+    wavelength_step_nm: float | None = None
+    spectral_ms: float | None = None
+    spectral_step_nm: float | None = None
+    speed_up: float | None = None
+    delta_e_p50: float | None = None
+    delta_e_p99: float | None = None
+    delta_e_max: float | None = None
+    relative_l2: float | None = None
+    error_pixels: int = 0
+    error_pixels_lit: int | None = None
+    error_sample: str = "none"
+    reference_step_nm: float | None = None
+    peak_rss_mib: float | None = None
+    peak_rss_since: str = "row"
+    start_rss_mib: float | None = None
+    texture_bytes: int | None = None
+    gl_renderer: str = ""
+    backend: str = ""
+    cpu: str = field(default_factory=cpu_name)
+    cpu_count: int = field(default_factory=cpu_count)
+    load_average: float | None = field(default_factory=load_average)
+    rtbow_version: str = __version__
+    command: str = ""
+    scaling: dict[str, Any] | None = None
+    skipped: str | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """Give the row as JSON holds it."""
+        return {**asdict(self), "size_px": list(self.size_px)}
+
+
+class TooSlowError(RtbowError):
+    """A measurement would take longer than it may."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What timing one method gave.
+
+    Attributes:
+        row: the times, without errors.
+        rgb: the chosen pixels of its frame, float64 (n, 3), or None.
+    """
+
+    row: BenchRow
+    rgb: Array | None = None
+
+
+def measure(
+    scene: Scene,
+    row: BenchRow,
+    plan: Plan,
+    sample: PixelSample | None = None,
+    show: Show = no_show,
+    limit_s: float | None = None,
+) -> Measurement:
+    """Time a method on a scene.
+
+    Args:
+        scene: the scene.
+        row: what is measured; its numbers are filled in.
+        plan: how it is measured.
+        sample: pixels of the frame to keep.
+        show: shows progress.
+        limit_s: time that all of it may take.
+
+    Raises:
+        InputError, UnavailableError: the method does not take this scene, or the device does not.
+        TooSlowError: beyond ``limit_s``, fewer than ``LEAST_SLOW_FRAMES`` frames were timed.
+    """
+    begun = time.perf_counter()
+    method: Any = row.method
+    label = f"{row.scene} {row.method}"
+    with FloorPass(scene.camera.size_px, plan.backend) as floor:
+        memory = PeakMemory()
+        with Renderer(scene, plan.backend) as renderer:
+            rgb = None
+            if sample is None:
+                renderer.draw(method)
+            else:
+                frame = renderer.render(
+                    method, show(f"{label}: first frame", "row"), show(f"{label}: table", "part")
+                )
+                rgb = sample.of(frame)
+                del frame
+            first_s = time.perf_counter() - begun
+            clock = _Clock(begun, limit_s)
+            times, floors = _time_frames(
+                floor.draw, lambda: renderer.draw(method), first_s, plan.frames,
+                show(label, "frame"), clock,
+            )  # fmt: skip
+            done = replace(
+                _with_times(row, scene, times, floors),
+                first_frame_ms=1e3 * first_s,
+                wavelength_step_nm=scene.render.wavelength_step_nm,
+                peak_rss_mib=memory.mib(),
+                peak_rss_since=memory.since,
+                start_rss_mib=memory.start_mib,
+                texture_bytes=renderer.texture_bytes,
+                gl_renderer=renderer.gl_renderer,
+                backend=renderer.backend,
+            )
+    return Measurement(done, rgb)
+
+
+def _timed_s(draw: Callable[[], None]) -> float:
+    begun = time.perf_counter()
+    draw()
+    return time.perf_counter() - begun
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """When a measurement began, and how long it may take."""
+
+    begun: float
+    limit_s: float | None
+
+    def allows(self, more_s: float) -> bool:
+        spent = time.perf_counter() - self.begun
+        return self.limit_s is None or spent + more_s <= self.limit_s
+
+
+def _time_frames(
+    draw_floor: Callable[[], None],
+    draw: Callable[[], None],
+    first_s: float,
+    frames: int | None,
+    progress: Progress,
+    clock: _Clock,
+) -> tuple[list[float], list[float]]:
+    """Time frames, and the floor before each and after the last, in seconds."""
+    last_s = first_s
+    if clock.allows(0.0):
+        draw_floor()
+        last_s = _timed_s(draw)  # the first frame's own time held the set-up
+    if last_s <= SLOW_S:
+        begun = time.perf_counter()
+        while time.perf_counter() - begun < _WARM_UP_S:
+            last_s = _timed_s(draw)
+    times: list[float] = []
+    floors: list[float] = []
+    for index in progress(range(frames or frames_for(last_s))):
+        if not clock.allows(last_s):
+            if index >= LEAST_SLOW_FRAMES:
+                break
+            raise TooSlowError(f"a frame takes {last_s:.3g} s")
+        floors.append(_steady_s(draw_floor, True))
+        last_s = _steady_s(draw, last_s <= _QUICK_S)
+        times.append(last_s)
+    floors.append(_steady_s(draw_floor, True))
+    return times, floors
+
+
+def _steady_s(draw: Callable[[], None], again: bool) -> float:
+    """Time a frame that follows one of its own kind, as in a window, if ``again``."""
+    if again:
+        draw()  # brings its data back into the caches: the floor would else look a third slower
+    return _timed_s(draw)
+
+
+def frames_for(frame_s: float) -> int:
+    """Give how many frames are timed where one takes so long."""
+    if frame_s > SLOW_S:
+        return LEAST_SLOW_FRAMES
+    return int(np.clip(_TIMED_S / max(frame_s, 1e-6), LEAST_FRAMES, MOST_FRAMES))
+
+
+def _with_times(
+    row: BenchRow, scene: Scene, times_s: Sequence[float], floors_s: Sequence[float]
+) -> BenchRow:
+    frame = Timing.of([1e3 * one for one in times_s])
+    floor = Timing.of([1e3 * one for one in floors_s])
+    width, height = scene.camera.size_px
+    return replace(
+        row,
+        size_px=(width, height),
+        frames=frame.count,
+        frame_ms=frame.median,
+        frame_ms_q25=frame.q25,
+        frame_ms_q75=frame.q75,
+        pixels_per_second=1e3 * width * height / frame.median,
+        floor_ms=floor.median,
+        floor_ms_q25=floor.q25,
+        floor_ms_q75=floor.q75,
+        floor_frames=floor.count,
+        floor_ratio=frame.median / floor.median,
+    )
+
+
+def run_bench(names: Sequence[str | None], plan: Plan, show: Show = no_show) -> list[BenchRow]:
+    """Measure scenes by each method and setting.
+
+    A method that does not take a scene gives a row that says why.
+
+    Args:
+        names: built-in names or paths; None is the default scene.
+        plan: what is measured, and how.
+        show: shows progress.
+
+    Raises:
+        InputError, UnavailableError: a scene is not usable, or no method draws any of them.
+    """
+    # All before the first measurement, so that wrong input is told at once.
+    scenes = [plan.scene(name, {}) for name in dict.fromkeys(names)]
+    cases = [
+        (number, method, setting, plan.scene(name, setting))
+        for number, name in enumerate(dict.fromkeys(names))
+        for method, setting in plan.variants()
+    ]
+    samples = [
+        None if plan.error_pixels == 0 else sample_pixels(s.camera.size_px, plan.error_pixels)
+        for s in scenes
+    ]
+    found: list[tuple[int, Measurement]] = []
+    refusals: list[RtbowError] = []
+    for number, method, setting, scene in cases:
+        row = BenchRow(
+            scene.source_name, method, setting, dict(plan.settings), scene.camera.size_px,
+            command=plan.command,
+        )  # fmt: skip
+        try:
+            found.append((number, measure(scene, row, plan, samples[number], show)))
+        except (InputError, UnavailableError) as error:
+            refusals.append(error)
+            found.append((number, Measurement(replace(row, skipped=str(error)))))
+    if len(refusals) == len(found):
+        raise refusals[0]
+    rows: list[BenchRow] = []
+    for number, scene in enumerate(scenes):
+        mine = [one for which, one in found if which == number]
+        rows += with_speed_up(_with_errors(mine, scene, samples[number], show))
+    return with_device(rows)
+
+
+def _with_errors(
+    measured: Sequence[Measurement], scene: Scene, sample: PixelSample | None, show: Show
+) -> list[BenchRow]:
+    if sample is None or all(one.rgb is None for one in measured):
+        return [one.row for one in measured]
+    truth = reference_xyz(scene, sample, show(f"{scene.source_name} reference", "group"))
+    return [
+        one.row if one.rgb is None else with_error(one.row, one.rgb, truth, sample)
+        for one in measured
+    ]
+
+
+def with_error(row: BenchRow, rgb: Array, truth_xyz: Array, sample: PixelSample) -> BenchRow:
+    """Add the error of some pixels of a frame to its row.
+
+    Args:
+        row: the frame's row.
+        rgb: linear Rec. 709 in cd/m² (n, 3).
+        truth_xyz: the reference (n, 3).
+        sample: where the pixels are.
+    """
+    row = replace(
+        row,
+        error_pixels=len(sample),
+        error_pixels_lit=lit_pixels(truth_xyz),
+        error_sample=sample.describe(),
+        reference_step_nm=REFERENCE_STEP_NM,
+    )
+    error = colour_error(rgb, truth_xyz)
+    if error is None:
+        return row
+    return replace(
+        row,
+        delta_e_p50=error.delta_e.median,
+        delta_e_p99=error.delta_e.p99,
+        delta_e_max=error.delta_e.worst,
+        relative_l2=error.l2,
+    )
+
+
+def with_speed_up(rows: Sequence[BenchRow]) -> list[BenchRow]:
+    """Set the rows of one scene against that of method ``spectral``, if there is one."""
+    slow = next((r for r in rows if r.method == "spectral" and r.frame_ms is not None), None)
+    if slow is None or slow.frame_ms is None:
+        return list(rows)
+    return [
+        replace(
+            row,
+            spectral_ms=slow.frame_ms,
+            spectral_step_nm=slow.wavelength_step_nm,
+            speed_up=slow.frame_ms / row.frame_ms,
+        )
+        if row.frame_ms is not None
+        else row
+        for row in rows
+    ]
+
+
+def with_device(rows: Sequence[BenchRow]) -> list[BenchRow]:
+    """Name the run's device in rows that were skipped before anything was drawn, too."""
+    drawn = next((row for row in rows if row.gl_renderer), None)
+    if drawn is None:
+        return list(rows)
+    return [
+        row
+        if row.gl_renderer
+        else replace(row, gl_renderer=drawn.gl_renderer, backend=drawn.backend)
+        for row in rows
+    ]

@@ -1,0 +1,228 @@
+"""The verb ``rtbow bench``: speed against error."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rtbow.cli_options import progress_bar
+
+if TYPE_CHECKING:
+    from rtbow.arrays import Progress
+    from rtbow.bench import BenchRow, Plan, Show
+
+    _SizeType = click.ParamType[tuple[int, int]]
+    _CountType = click.ParamType[int | str]
+else:  # generic since click 8.4 alone
+    _SizeType = _CountType = click.ParamType
+
+_ALL = "all"
+
+
+class _FrameSize(_SizeType):
+    name = "WxH"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
+        """Parse ``640x360``."""
+        from rtbow.cli import Size  # which imports this module
+
+        return Size().convert(value, param, ctx)
+
+
+class _Count(_CountType):
+    name = "N|all"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> int | str:
+        """Parse ``400`` or ``all``."""
+        text = str(value).lower()
+        if text == _ALL:
+            return _ALL
+        if not (text.isascii() and text.isdigit()):
+            self.fail(f"{value!r} is not a number of pixels; write 400, 0 for none, or all", param)
+        return int(text[:20])  # more than any frame has; Python refuses to read thousands
+
+
+@click.command()
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.option("--json", "json_file", metavar="FILE", help="Write all numbers: .json.")
+@click.option("--plot", "plot_file", metavar="FILE", help="Draw speed against error: .png or .svg.")
+@click.option(
+    "--size",
+    type=_FrameSize(),
+    metavar="WxH",
+    help="Width and height in pixels; left out: 640x360.",
+)
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="METHOD",
+    help="Such as spectral. May be repeated; left out: all methods of the shader.",
+)
+@click.option(
+    "--max-delta-e",
+    "tolerances",
+    type=float,
+    multiple=True,
+    metavar="DE",
+    help="Largest error that method fast may make, a row each. May be repeated.",
+)
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY.PATH=VALUE",
+    help="Replace any scene key, such as droplets.extinction=true. May be repeated.",
+)
+@click.option(
+    "--frames",
+    type=click.IntRange(3, 10_000),
+    metavar="N",
+    help="Timed frames of each row; left out: 9 to 99, or 3 where one takes over 5 s.",
+)
+@click.option(
+    "--error-pixels",
+    type=_Count(),
+    metavar="N|all",
+    help="Pixels compared with the reference; 0: none; left out: 400.",
+)
+@click.option(
+    "--backend",
+    type=click.Choice(["auto", "egl", "osmesa", "window"]),
+    default="auto",
+    show_default=True,
+    help="How to get a GL context.",
+)
+@click.option(
+    "--scaling", is_flag=True, help="Time one scene over pixels, steps, grid points and lights."
+)
+@click.option(
+    "--scaling-limit-s",
+    type=float,
+    metavar="S",
+    help="Time that a point of --scaling may take; left out: 60.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+def bench(
+    scenes: tuple[str, ...],
+    json_file: str | None,
+    plot_file: str | None,
+    size: tuple[int, int] | None,
+    methods: tuple[str, ...],
+    tolerances: tuple[float, ...],
+    settings: tuple[str, ...],
+    frames: int | None,
+    error_pixels: int | str | None,
+    backend: Any,
+    scaling: bool,
+    scaling_limit_s: float | None,
+    quiet: bool,
+) -> None:
+    """Measure speed against error.
+
+    Each method draws each SCENE; its frame is compared with the float64 reference. Method spectral
+    takes 5 nm, unless --set render.wavelength_step_nm says otherwise.
+
+    Example: rtbow bench uniform shower --json bench.json --plot bench.png
+    """  # fmt: skip
+    from rtbow.errors import InputError
+    from rtbow.files import check_writable
+
+    if json_file is not None:
+        check_writable(json_file, (".json",))
+    if plot_file is not None:
+        from rtbow.plot import PLOT_SUFFIXES
+
+        check_writable(plot_file, PLOT_SUFFIXES)
+    if scaling and error_pixels is not None:
+        raise InputError("--error-pixels: --scaling compares no pixels; leave one of the two out")
+    if scaling and len(scenes) > 1:
+        raise InputError(f"--scaling takes one scene, not {len(scenes)}; name one")
+    if plot_file is not None and error_pixels == 0:
+        raise InputError("--plot: speed is drawn against error; leave --error-pixels 0 out")
+    if not scaling and scaling_limit_s is not None:
+        raise InputError("--scaling-limit-s goes with --scaling; add it")
+    plan = _plan(size, methods, tolerances, settings, frames, error_pixels, backend)
+    rows = _measured(scenes, plan, scaling, scaling_limit_s, _shown(quiet))
+    written = []
+    if json_file is not None:
+        from rtbow.bench_report import write_json
+
+        write_json(Path(json_file), rows)
+        written.append(json_file)
+    if plot_file is not None:
+        _draw(Path(plot_file), rows, scaling)
+        written.append(plot_file)
+    if not quiet:
+        from rtbow.bench_report import table_lines
+
+        for line in [*table_lines(rows), *written]:
+            click.echo(line)
+
+
+def _plan(
+    size: tuple[int, int] | None,
+    methods: tuple[str, ...],
+    tolerances: tuple[float, ...],
+    settings: tuple[str, ...],
+    frames: int | None,
+    error_pixels: int | str | None,
+    backend: Any,
+) -> Plan:
+    from rtbow.bench import DEFAULT_ERROR_PIXELS, DEFAULT_SIZE, Plan, shader_methods
+    from rtbow.scene_file import parse_set
+
+    changes = dict(parse_set(text) for text in settings)
+    if size is not None:
+        changes.pop("camera.size_px", None)
+    pixels: int | str | None = DEFAULT_ERROR_PIXELS if error_pixels is None else error_pixels
+    return Plan(
+        size or DEFAULT_SIZE,
+        tuple(dict.fromkeys(methods)) or shader_methods(),  # type: ignore[arg-type]
+        tuple(dict.fromkeys(tolerances)),
+        changes,
+        backend,
+        frames,
+        None if isinstance(pixels, str) else pixels,
+        shlex.join(["rtbow", *sys.argv[1:]]),
+    )
+
+
+def _measured(
+    scenes: tuple[str, ...], plan: Plan, scaling: bool, limit_s: float | None, show: Show
+) -> list[BenchRow]:
+    if not scaling:
+        from rtbow.bench import run_bench
+
+        return run_bench(scenes or (None,), plan, show)
+    from rtbow.bench_scaling import DEFAULT_LIMIT_S, run_scaling
+    from rtbow.errors import InputError
+
+    limit = DEFAULT_LIMIT_S if limit_s is None else limit_s
+    if not limit > 0.0:  # NaN too
+        raise InputError(f"--scaling-limit-s {limit:g}: must be greater than 0")
+    return run_scaling(scenes[0] if scenes else None, plan, limit, show)
+
+
+def _shown(quiet: bool) -> Show:
+    def show(label: str, unit: str) -> Progress:
+        return progress_bar(label, quiet, unit)
+
+    return show
+
+
+def _draw(path: Path, rows: list[BenchRow], scaling: bool) -> None:
+    from rtbow.bench_report import draw_scaling, draw_speed, fields_of
+    from rtbow.errors import InputError
+
+    drawn = (draw_scaling if scaling else draw_speed)(path, fields_of(rows))
+    if not drawn:
+        raise InputError(f"{path}: no row has a time and an error; there is nothing to draw")

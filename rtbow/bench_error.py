@@ -1,0 +1,186 @@
+"""The error of a frame against the float64 reference, on some of its pixels.
+
+The reference takes a CPU minutes to hours for a whole frame. Its radiance along the rays of single
+pixels is the same as in a whole frame, so that a sample of the frame's own pixels is compared,
+spread evenly over it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtbow.arrays import Array, Float32, Indices, Progress, floats, no_progress
+from rtbow.cache import cached_arrays, file_digest, source_digest
+from rtbow.camera import pixel_directions
+from rtbow.colour import rgb_to_xyz
+from rtbow.colour_difference import FrameDifference, frame_difference
+from rtbow.scene import Scene
+
+REFERENCE_STEP_NM = 1.0
+"""Wavelength step of the reference: the standard of truth."""
+SAMPLE_SEED = 1
+_AT_A_TIME = 128
+"""Pixels whose reference is computed together: a table's cross-sections of more fill the memory."""
+
+# All that the reference's numbers come from, but the scene, whose values are in the key.
+_REFERENCE_MODULES = (
+    "airy", "airy_kernel", "arrays", "atmosphere", "camera", "colour", "compiled", "constants",
+    "disc", "drops", "extinction", "lights", "mie", "mie_average", "mie_axes", "mie_build",
+    "mie_direct", "mie_store", "mie_table", "optics", "reference", "reference_kernel",
+    "reference_lamp_kernel", "reference_rain_kernel", "reference_table_kernel", "section_table",
+    "sections", "sizes", "spectrum", "standards", "table", "volume", "volume_kernel", "water",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PixelSample:
+    """Some pixels of a frame.
+
+    Attributes:
+        size_px: the frame's width and height.
+        rows: row of each, first on top (n,).
+        columns: column of each (n,).
+    """
+
+    size_px: tuple[int, int]
+    rows: Indices
+    columns: Indices
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def whole(self) -> bool:
+        """Whether these are all of the frame's pixels."""
+        return len(self) == self.size_px[0] * self.size_px[1]
+
+    def of(self, frame: Array | Float32) -> Array:
+        """Give these pixels of a frame (h, w, 3): (n, 3)."""
+        return floats(frame[self.rows, self.columns])
+
+    def describe(self) -> str:
+        """Say where the pixels are."""
+        pixels = self.size_px[0] * self.size_px[1]
+        if self.whole:
+            return f"all {pixels} pixels"
+        return (
+            f"{len(self)} of {pixels} pixels: one at random, with seed {SAMPLE_SEED}, in each of as"
+            " many equal cells of the frame"
+        )
+
+
+def sample_pixels(size_px: tuple[int, int], count: int | None) -> PixelSample:
+    """Choose pixels, one at random in each cell of a grid over the frame.
+
+    Args:
+        size_px: the frame's width and height.
+        count: how many; None, or more than there are, takes all.
+    """
+    width, height = size_px
+    if count is None or count >= width * height:
+        rows, columns = np.indices((height, width)).reshape(2, -1)
+        return PixelSample(size_px, rows, columns)
+    rng = np.random.default_rng(SAMPLE_SEED)
+    # Cells about as wide as high, and none narrower than a pixel.
+    bands = int(np.clip(round((count * height / width) ** 0.5), -(-count // width), height))
+    bands = max(min(bands, count), 1)
+    chosen_rows: list[Indices] = []
+    chosen_columns: list[Indices] = []
+    for band in range(bands):
+        across = count * (band + 1) // bands - count * band // bands
+        top, bottom = height * band // bands, height * (band + 1) // bands
+        edges = width * np.arange(across + 1) // across
+        chosen_rows.append(rng.integers(top, bottom, across))
+        chosen_columns.append(rng.integers(edges[:-1], edges[1:]))
+    return PixelSample(size_px, np.concatenate(chosen_rows), np.concatenate(chosen_columns))
+
+
+def reference_xyz(scene: Scene, sample: PixelSample, progress: Progress = no_progress) -> Array:
+    """Compute the reference at some pixels, or take it from the cache.
+
+    Args:
+        scene: the scene, at the frame's size; its wavelength step does not count.
+        sample: the pixels.
+        progress: wraps the loop over groups of pixels.
+
+    Returns:
+        X, Y, Z (n, 3), Y in cd/m².
+
+    Raises:
+        InputError: a spectrum or volume is not usable.
+    """
+    xyz = np.zeros((len(sample), 3))
+    for part, columns in scene.parts():
+        inside = (sample.columns >= columns.start) & (sample.columns < columns.stop)
+        if inside.any():
+            rows, places = sample.rows[inside], sample.columns[inside]
+            xyz[inside] = _part_xyz(part, rows, places, progress)
+    return xyz
+
+
+def _part_xyz(part: Scene, rows: Indices, columns: Indices, progress: Progress) -> Array:
+    def build() -> dict[str, Array]:
+        # Slow to import, and not needed for what the cache has.
+        from rtbow.reference import radiance_along
+
+        step = part.render.model_copy(update={"wavelength_step_nm": REFERENCE_STEP_NM})
+        truth = part.model_copy(update={"render": step})
+        rays = _rays(part, rows, columns)
+        groups = range(0, len(rays), _AT_A_TIME)
+        found = [radiance_along(truth, rays[i : i + _AT_A_TIME]) for i in progress(groups)]
+        return {"xyz": np.concatenate(found)}
+
+    return floats(cached_arrays("bench-reference", _key(part, rows, columns), build)["xyz"])
+
+
+def _rays(part: Scene, rows: Indices, columns: Indices) -> Array:
+    """Directions through pixels (n, 3), a row of the frame at a time: a frame's may be many."""
+    rays = np.empty((len(rows), 3))
+    for row in np.unique(rows):
+        chosen = rows == row
+        rays[chosen] = pixel_directions(part.camera, slice(row, row + 1))[0, columns[chosen]]
+    return rays
+
+
+def _key(part: Scene, rows: Indices, columns: Indices) -> str:
+    """Name all that the reference at some pixels depends on."""
+    spectra = [light.spectrum for light in part.light]
+    files = [Path(name) for name in spectra if name.lower().endswith(".csv")]
+    if part.droplets.file is not None:
+        files.append(Path(part.droplets.file))
+    pixels = hashlib.sha256(np.stack([rows, columns]).astype("<i8").tobytes()).hexdigest()
+    return " ".join(
+        [
+            source_digest(*_REFERENCE_MODULES),
+            f"{REFERENCE_STEP_NM:g} nm",
+            part.model_dump_json(exclude={"compare", "render"}),
+            # What does not read fails with its own message when the volume is built.
+            *(file_digest(file) for file in files if file.is_file()),
+            pixels,
+        ]
+    )
+
+
+def colour_error(rgb: Array, truth_xyz: Array) -> FrameDifference | None:
+    """Measure how far pixels are from the reference.
+
+    Args:
+        rgb: linear Rec. 709 in cd/m² (n, 3).
+        truth_xyz: the reference (n, 3).
+
+    Returns:
+        The difference over the pixels with light; None where the reference has no light, and
+        hence no white to compare against.
+    """
+    if not truth_xyz[:, 1].max(initial=0.0) > 0.0:
+        return None
+    return frame_difference(rgb_to_xyz(rgb), truth_xyz)
+
+
+def lit_pixels(truth_xyz: Array) -> int:
+    """Count the pixels to which the reference gives light."""
+    return int(np.count_nonzero(np.any(truth_xyz != 0.0, axis=-1)))

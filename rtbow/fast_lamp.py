@@ -1,0 +1,228 @@
+"""Method ``fast`` under a lamp: few steps at every pixel, what they miss from nodes.
+
+A lamp's light comes under all angles along a ray, so that colours and path do not part as under a
+sun. But the colours' running integral over the angle makes a step of any width exact where the
+drops are even, and what a few steps miss of uneven drops varies slowly over the picture.
+"""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from rtbow.arrays import Array, Float32, Progress, floats
+from rtbow.colour_bake import Drops, outcomes
+from rtbow.colour_table import (
+    NO_AIR,
+    ColourTable,
+    chords,
+    colour_table,
+    folded_chord,
+    hat_fit,
+    light_columns,
+    node_step_nm,
+    unfolded,
+)
+from rtbow.context import GlContext
+from rtbow.fast_scene import (
+    bind_rain,
+    blocks_of,
+    flag_target,
+    march_rates,
+    radius_rows,
+    rain_colour,
+    scene_defines,
+    set_march,
+    set_scene,
+)
+from rtbow.fast_settings import FastSettings
+from rtbow.fast_volume import filled_box, lamp_column
+from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up
+from rtbow.glsl import Define
+from rtbow.lights import NEAREST_M, Lamp
+from rtbow.parts import Parts
+from rtbow.scene import Scene
+from rtbow.section_table import running_integral
+from rtbow.steps import lamp_steps
+
+_FEW = 3
+"""Steps at every pixel of a volume with a grid or rain that attenuates."""
+_AIR_STEPS = 4
+"""Steps through even drops in air."""
+_DISC_STEPS = 2
+"""Steps through even drops about a lamp whose apparent size changes along the ray."""
+_FRINGES = 12.0
+"""Texels of the table within a bow's width, for a light without a disc."""
+_LEAST_TEXELS = 4.0
+"""Range of the running integral that keeps its digits in float32."""
+_DISC_ROWS = 64
+_MOST_NODES = 48
+"""Nodes over a disc, at most: wider discs than those suffice for are met within some radii of the
+lamp only."""
+
+
+class FastLamp:
+    """One lamp's programs and textures.
+
+    Args:
+        gl: the context; it must be current here and in :meth:`draw`.
+        scene: the scene.
+        parts: its parts.
+        number: which of its lamps.
+        settings: how coarse.
+        drops_texture: the volume's moments, shared by all lights; None for an even volume.
+        building: wraps the loop over parts of an exact table that has to be built first.
+    """
+
+    def __init__(
+        self, gl: GlContext, scene: Scene, parts: Parts, number: int, settings: FastSettings,
+        drops_texture: moderngl.Texture3D | None, building: Progress,
+    ) -> None:  # fmt: skip
+        self._gl = gl
+        lamp, volume, air = parts.optics.lamps[number], parts.volume, parts.optics.has_air
+        eye = np.array(scene.camera.position_m)
+        box = filled_box(volume)
+        radii = radius_rows(volume, settings)
+        column = lamp_column(lamp, box, eye) if air else NO_AIR
+        light = light_columns(
+            lamp.spectrum, node_step_nm(settings.wavelength_step_nm), column, settings.colour,
+            rain_colour(parts, settings),
+        )  # fmt: skip
+        x = 2.0 * np.pi * volume.size_range_um[1] * 1e-6 / 380e-9
+        fringe = 1.4 / x ** (2.0 / 3.0)
+        chord = chords(0.0, np.pi, fringe / _FRINGES, min(gl.limits.texture_2d, 16_384))
+        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
+        found = outcomes(
+            gl, drops, light, unfolded(chord), 0.0,
+            components=scene.camera.polarizer_deg is not None, progress=building,
+        )  # fmt: skip
+        self.table = colour_table(floats(found), light, chord, hat_fit(radii.fine, radii.rows))
+        even = volume.uniform and parts.rain is None
+        self._block = 0 if even else settings.block
+        defines: dict[str, Define] = {
+            **scene_defines(scene, parts, self.table),
+            "NEAREST_M": NEAREST_M,
+            "LAMP_COUNT": 1,
+            "LAMP_DISC": lamp.radius_m > 0.0,
+            "BLOCK": self._block,
+            "EVEN": even,
+            "EVEN_STEPS": _AIR_STEPS if air else (_DISC_STEPS if lamp.radius_m > 0.0 else 1),
+            "LEAST_TEXELS": _LEAST_TEXELS,
+            "DISC_ROWS": _DISC_ROWS,
+            "PARTS": True,
+            "HAT_GROUPS": 0,
+        }
+        running = running_colours(self.table, chord)
+        first_disc, last_disc = disc_range(lamp, box, fringe)
+        if lamp.radius_m > 0.0 and self.table.rows == 1:
+            discs = np.geomspace(first_disc, last_disc, _DISC_ROWS - 1)
+            running = over_discs(running, chord, discs, fringe)
+        self._compose = GlProgram(gl, "fast_lamp.frag", defines)
+        self._marching = [self._compose]
+        if self._block:
+            self._node = GlProgram(gl, "fast_lamp_node.frag", defines)
+            self._flags = GlProgram(gl, "fast_flags.frag", {**defines, "SEVERAL_RADII": False})
+            self._marching.append(self._node)
+            self._make_nodes(scene)
+            bend = settings.bend
+            self._flags.set("tolerance", (1e30, bend, bend, bend))
+        rates = march_rates(parts, settings)
+        many = scene.render.steps or int(np.ceil(settings.lamp_scale * lamp_steps(rates, volume)))
+        for program in self._marching:
+            set_scene(program, scene, parts, box)
+            set_march(program, scene, rates, radii, light.grey)
+            program.texture("colours", self.table.values)
+            program.texture("runningColours", running)
+            program.set("lampSphere", (*(lamp.position_m - eye), lamp.radius_m))
+            program.set("chordAxis", (self.table.first, self.table.per_chord))
+            program.set("middleAir", column.middle)
+            per_fold = (_DISC_ROWS - 2) / float(np.log(last_disc / first_disc))
+            program.set("discRows", (np.log(first_disc), per_fold))
+            program.set("fewSteps", _FEW)
+            program.set("manySteps", many)
+            if drops_texture is not None:
+                program.bind("dropletMoments", drops_texture)
+            bind_rain(program, lamp, parts)
+
+    def _make_nodes(self, scene: Scene) -> None:
+        blocks = blocks_of(scene.camera.size_px, self._block)
+        ctx = self._gl.ctx
+        nodes = ctx.texture((blocks[0] + 1, blocks[1] + 1), 4, dtype="f4")
+        nodes.repeat_x = nodes.repeat_y = False
+        flags = flag_target(self._gl, blocks)
+        self._flags.bind("nodes", nodes)
+        self._compose.bind("nodes", nodes)
+        self._compose.bind("flags", flags)
+        self._node_frame = ctx.framebuffer([nodes])
+        self._flag_frame = ctx.framebuffer([flags])
+
+    @property
+    def textures(self) -> list[Texture]:
+        """All textures that its programs read."""
+        return [one for program in self._marching for one in program.textures.values()]
+
+    def draw(self, target: FrameTarget) -> None:
+        """Add its light to a frame."""
+        if self._block:
+            for frame, program in ((self._node_frame, self._node), (self._flag_frame, self._flags)):
+                frame.use()
+                program.use()
+                program.draw()
+        target.use()
+        with added_up(self._gl):
+            self._compose.use()
+            self._compose.draw()
+
+
+def running_colours(table: ColourTable, chord: Array) -> Float32:
+    """Give a table's running integral over the angle (components * rows, N, 4).
+
+    Counted from the right angle, so that the bows, on which it has to keep its digits, are not
+    counted from the forward peak.
+    """
+    colours = table.values[: table.rows * table.components].astype(np.float64)
+    total = running_integral(colours.transpose(0, 2, 1), unfolded(chord))
+    return np.asarray(total.transpose(0, 2, 1), dtype=np.float32)
+
+
+def disc_range(lamp: Lamp, box_m: Array, fringe_rad: float) -> tuple[float, float]:
+    """Give the least disc of a lamp that blurs anything, and the greatest that a drop sees."""
+    nearest = np.linalg.norm(lamp.position_m - np.clip(lamp.position_m, *box_m))
+    greatest = float(np.arcsin(min(lamp.radius_m / max(nearest, lamp.radius_m, 1e-9), 1.0)))
+    least = 0.05 * fringe_rad
+    return least, max(greatest, 2.0 * least)
+
+
+def over_discs(running: Float32, chord: Array, discs: Array, fringe_rad: float) -> Float32:
+    """Average running integrals over discs, each across its chords as if flat.
+
+    Args:
+        running: (components, N, 4).
+        chord: folded chords of the columns (N,).
+        discs: angular radii (D,), ascending.
+        fringe_rad: width of the finest detail.
+
+    Returns:
+        (components * (D + 1), N, 4); the first row of each component is a point's.
+    """
+    theta = unfolded(chord)
+    rows = [running]
+    for disc in discs:
+        count = min(4 + int(3.0 * disc / fringe_rad), _MOST_NODES)
+        angle = np.arange(1, count + 1) * np.pi / (count + 1)
+        weights = 2.0 / (count + 1) * np.sin(angle) ** 2
+        total = np.zeros(running.shape)
+        for node, weight in zip(np.cos(angle), weights, strict=True):
+            at = theta + disc * node
+            # Beyond a pole the angle counts back, and the integral with it.
+            mirrored = np.where(at < 0.0, -at, np.where(at > np.pi, 2.0 * np.pi - at, at))
+            place = (folded_chord(mirrored) - chord[0]) * (len(chord) - 1) / (chord[-1] - chord[0])
+            left = np.clip(place.astype(np.int64), 0, len(chord) - 2)
+            share = (place - left)[:, None]
+            found = running[:, left] * (1.0 - share) + running[:, left + 1] * share
+            pole = np.where((at < 0.0)[:, None], running[:, :1], running[:, -1:])
+            outside = ((at < 0.0) | (at > np.pi))[:, None]
+            total += weight * np.where(outside, 2.0 * pole - found, found)
+        rows.append(total.astype(np.float32))
+    stacked = np.stack(rows, axis=1)  # (components, D + 1, N, 4)
+    return np.ascontiguousarray(stacked.reshape(-1, *running.shape[1:]))

@@ -1,0 +1,78 @@
+"""The look that all of rtbow's plots share, and how they are written."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rtbow import __version__
+from rtbow.files import write_atomic
+
+PLOT_SUFFIXES = (".png", ".svg")
+
+# Okabe and Ito, Color Universal Design (2008), without its yellow, which white paper swallows.
+COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+GREY = "#555555"
+GRID_GREY = "#dddddd"
+_DPI = 150
+_STYLE = {
+    "font.family": ["DejaVu Sans"],  # comes with matplotlib: the same picture everywhere
+    "font.size": 10.0,
+    "axes.linewidth": 0.8,
+    "axes.grid": False,
+    "lines.linewidth": 1.4,
+    "svg.fonttype": "none",  # text stays text, for search and for editing
+    "svg.hashsalt": "rtbow",
+    "path.simplify": True,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw with the shared fonts and lines meanwhile."""
+    import matplotlib
+
+    with matplotlib.rc_context(_STYLE):  # type: ignore[arg-type]
+        yield
+
+
+def new_figure(width: float, height: float) -> Any:
+    """Make an empty figure, in inches."""
+    # No pyplot: its figures are global state, and its backend the user's.
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def caption(figure: Any, text: str) -> None:
+    """Write what a figure assumes below it, and keep that room free."""
+    width, height = figure.get_size_inches()
+    lines = textwrap.wrap(f"{text}. rtbow {__version__}", int(width * 18.0))
+    room = (0.14 * len(lines) + 0.12) / height
+    # Panels side by side stay so far apart that the numbers at their corners do.
+    figure.get_layout_engine().set(rect=(0.0, room, 1.0, 1.0 - room), wspace=0.05)
+    figure.text(
+        0.08 / width, 0.07 / height, "\n".join(lines), fontsize=7.5, color=GREY, va="bottom"
+    )
+
+
+def legend(axis: Any, columns: int) -> None:
+    """Name an axis's curves."""
+    # On white, so that no grid line strikes through the words.
+    axis.legend(
+        fontsize=8.5, ncols=columns, frameon=True, framealpha=0.9, edgecolor="none", fancybox=False
+    )
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write a figure, ``.png`` or ``.svg``, whole or not at all."""
+    buffer = io.BytesIO()
+    kind = path.suffix.lower().removeprefix(".")
+    # No date and no version of the library inside: the same numbers give the same file.
+    metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": "rtbow"}
+    figure.savefig(buffer, format=kind, dpi=_DPI, metadata=metadata)
+    write_atomic(path, buffer.getvalue())
