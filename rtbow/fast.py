@@ -7,6 +7,7 @@ from rtbow.context import GlContext
 from rtbow.fast_lamp import FastLamp
 from rtbow.fast_settings import settings_for
 from rtbow.fast_sun import FastSun
+from rtbow.fast_volume import kind_of
 from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes, volume_texture
 from rtbow.parts import scene_parts
 from rtbow.scene import Scene
@@ -26,8 +27,8 @@ class FastPass:
 
     def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
         self._gl, self._scene = gl, scene
-        settings = settings_for(scene.render.max_delta_e)
         parts = scene_parts(scene, tables=False)
+        settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
         check_sizes(gl, scene.camera.size_px, parts.volume.shape)
         self._target: FrameTarget | None = None
         drops = None if parts.volume.uniform else volume_texture(gl, parts.moments())
@@ -56,10 +57,11 @@ class FastPass:
         if self._target is None:
             self._target = FrameTarget(self._gl, (width, height))
         left, right, _ = columns.indices(width)
-        frame = self._target.begin()
+        frame = self._target.begin(clear=not self._lights)
         frame.scissor = (left, 0, right - left, height)
-        for light in self._lights:
-            light.draw(self._target)
+        for number, light in enumerate(self._lights):
+            # The first writes every pixel: neither reading nor clearing what is there costs little.
+            light.draw(self._target, add=number > 0)
         self._gl.ctx.finish()
         frame.scissor = (0, 0, width, height)
         for _ in progress(range(height)):

@@ -45,8 +45,6 @@ from rtbow.scene import Scene
 from rtbow.section_table import running_integral
 from rtbow.steps import lamp_steps
 
-_FEW = 3
-"""Steps at every pixel of a volume with a grid or rain that attenuates."""
 _AIR_STEPS = 4
 """Steps through even drops in air."""
 _DISC_STEPS = 2
@@ -138,7 +136,7 @@ class FastLamp:
             program.set("middleAir", column.middle)
             per_fold = (_DISC_ROWS - 2) / float(np.log(last_disc / first_disc))
             program.set("discRows", (np.log(first_disc), per_fold))
-            program.set("fewSteps", _FEW)
+            program.set("fewSteps", settings.few_steps)
             program.set("manySteps", many)
             if drops_texture is not None:
                 program.bind("dropletMoments", drops_texture)
@@ -161,15 +159,15 @@ class FastLamp:
         """All textures that its programs read."""
         return [one for program in self._marching for one in program.textures.values()]
 
-    def draw(self, target: FrameTarget) -> None:
-        """Add its light to a frame."""
+    def draw(self, target: FrameTarget, *, add: bool) -> None:
+        """Draw its light into a frame, adding to what is there or in its place."""
         if self._block:
             for frame, program in ((self._node_frame, self._node), (self._flag_frame, self._flags)):
                 frame.use()
                 program.use()
                 program.draw()
         target.use()
-        with added_up(self._gl):
+        with added_up(self._gl, add):
             self._compose.use()
             self._compose.draw()
 
@@ -187,8 +185,9 @@ def running_colours(table: ColourTable, chord: Array) -> Float32:
 
 def disc_range(lamp: Lamp, box_m: Array, fringe_rad: float) -> tuple[float, float]:
     """Give the least disc of a lamp that blurs anything, and the greatest that a drop sees."""
-    nearest = np.linalg.norm(lamp.position_m - np.clip(lamp.position_m, *box_m))
-    greatest = float(np.arcsin(min(lamp.radius_m / max(nearest, lamp.radius_m, 1e-9), 1.0)))
+    inside = np.clip(lamp.position_m, box_m[0], box_m[1])
+    nearest = max(float(np.linalg.norm(lamp.position_m - inside)), lamp.radius_m, 1e-9)
+    greatest = float(np.arcsin(min(lamp.radius_m / nearest, 1.0)))
     least = 0.05 * fringe_rad
     return least, max(greatest, 2.0 * least)
 

@@ -3,8 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from rtbow.constants import DEFAULT_DELTA_E
+
+Kind = Literal["alike", "smooth", "rough"]
+"""Whether a volume's drops are of one radius (or mixture), of radii that vary slowly over the grid's
+cells, or of radii that differ from each grid point to the next."""
+
+ROUGH = 0.08
+"""Mean change of ln(radius) between neighbouring grid points from which a volume is rough."""
 
 
 @dataclass(frozen=True)
@@ -13,50 +21,62 @@ class FastSettings:
 
     Attributes:
         samples_per_cell: midpoint samples per grid cell.
+        samples_per_log_radius: further ones per cell and change of ln(radius) between its points.
         block: pixels between the nodes at which a path is gathered; 0: at every pixel.
         bend: share by which a straight line between nodes may miss a path's weight.
         texels_per_disc: texels of the colour table within the light's angular radius.
         wavelength_step_nm: between the wavelengths at which cross-sections are taken; spectra are
             integrated at 1 nm.
-        row_step: distance of the table's rows in ln(radius).
+        row_step: distance in ln(radius) of the radii of cross-sections.
+        rows_per_fold: rows of radius per factor e, in a volume whose radii vary along a ray by that
+            factor; more where they vary less (:func:`hat_rows`).
         colour: relative error left to the fit of the air's colours.
-        hat_scale: factor of the rows of radius that a ray's drops are counted at.
-        samples_per_log_radius: further samples per cell and per change of ln(radius).
         lamp_scale: factor of the steps in angle along a ray that a lamp lights.
+        few_steps: steps at every pixel under a lamp.
     """
 
     samples_per_cell: float
+    samples_per_log_radius: float
     block: int
     bend: float
     texels_per_disc: float
     wavelength_step_nm: float
     row_step: float
+    rows_per_fold: float
     colour: float
-    hat_scale: float
-    samples_per_log_radius: float
     lamp_scale: float
+    few_steps: int
 
 
-def settings_for(delta_e: float) -> FastSettings:
+def settings_for(delta_e: float, kind: Kind) -> FastSettings:
     """Give settings that keep ΔE2000 within a bound at the 99th percentile of pixels.
 
+    Each number was measured at the default bound by making all others finer
+    (``tools/fast_error.py``); others scale from there as their errors do.
+
     Args:
-        delta_e: the bound, ``LEAST_DELTA_E`` or more.
+        delta_e: the bound.
+        kind: of the volume.
     """
-    # Shares of the error: each part was measured on its own (docs/performance.md).
     share = delta_e / DEFAULT_DELTA_E
-    tight = delta_e < 0.25
+    # Errors of second order in a step: half the error takes the root of two as many.
+    finer = share**-0.5
+    samples = {"alike": 0.375, "smooth": 1.5, "rough": 1.5}[kind]
+    blocks = {"alike": (4, 8), "smooth": (2, 3), "rough": (0, 0)}[kind]
+    tight = delta_e < 0.5 * DEFAULT_DELTA_E
     return FastSettings(
-        samples_per_cell=min(max(0.75 * share**-0.5, 0.35), 1.5),
-        block=2 if tight else (4 if delta_e < 1.5 else 8),
-        bend=min(6e-3 * share, 0.03),
-        texels_per_disc=min(max(6.0 * share**-0.5, 3.0), 10.0),
+        samples_per_cell=samples * min(max(finer, 0.5), 2.5),
+        samples_per_log_radius=20.0 * min(finer, 2.0) if kind == "rough" else 0.0,
+        block=blocks[0] if share < 1.0 else (blocks[1] if share < 4.0 else 4 * (kind != "rough")),
+        bend=6e-3 * min(share, 4.0),
+        texels_per_disc=6.0 * min(max(finer, 0.5), 2.0),
         wavelength_step_nm=2.0 if tight else 5.0,
-        row_step=min(max(0.02 * share**0.5, 0.01), 0.03),
-        colour=min(1e-3 * share, 5e-3),
-        hat_scale=min(max(share**-0.5, 0.5), 2.0),
-        samples_per_log_radius=3.0 * share**-0.5,
-        lamp_scale=min(max(0.75 * share**-0.5, 0.35), 1.5),
+        row_step=0.015 if share >= 1.0 else 0.01,
+        # Where no nodes keep weights of rows, rows cost nothing.
+        rows_per_fold=(100.0 if kind == "rough" else 11.0) * min(max(finer, 0.5), 2.5),
+        colour=1e-3 * min(share, 4.0),
+        lamp_scale=0.75 * min(max(finer, 0.5), 2.5),
+        few_steps=3,
     )
 
 
@@ -70,4 +90,4 @@ def hat_rows(spread: float, settings: FastSettings) -> float:
         spread: deviation of ln(radius) along a ray.
         settings: how coarse.
     """
-    return settings.hat_scale * min(max(3.0 / max(spread, 1e-6), 11.0), 60.0)
+    return settings.rows_per_fold * min(max(0.27 / max(spread, 1e-6), 1.0), 5.0)

@@ -40,7 +40,7 @@ from rtbow.fast_scene import (
     set_scene,
 )
 from rtbow.fast_settings import FastSettings
-from rtbow.fast_volume import SunColumns, filled_box, sun_columns
+from rtbow.fast_volume import SunColumns, filled_box, is_near, sun_columns
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up
 from rtbow.glsl import Define
 from rtbow.lights import Sun
@@ -100,7 +100,8 @@ class FastSun:
             components=components, progress=building,
         )  # fmt: skip
         self.table = colour_table(floats(found), light, chord, hat_fit(radii.fine, radii.rows))
-        self._block = 0 if volume.uniform and parts.rain is None else settings.block
+        even = volume.uniform and parts.rain is None
+        self._block = 0 if even else settings.block
         rows = self.table.rows
         self._groups = min(-(-rows // 4), _GROUPS) if rows > 1 and self._block else 0
         defines: dict[str, Define] = {
@@ -108,9 +109,10 @@ class FastSun:
             "SUN": True,
             "NODES": False,
             "PARTS": False,
+            "NEAR_AIR": optics.has_air and is_near(self._box, eye, columns.column, light.grey),
             "SHADOW": optics.has_air and columns.cubic is None,
             "BLOCK": self._block,
-            "DIRECT": 0 if self._block else (_DIRECT_SAMPLES if optics.has_air else 1),
+            "DIRECT": (_DIRECT_SAMPLES if optics.has_air else 1) if even else 0,
             "HAT_GROUPS": self._groups,
         }
         self._compose = GlProgram(gl, "fast_sun.frag", defines)
@@ -184,14 +186,14 @@ class FastSun:
             programs += [self._path, self._flags]
         return [one for program in programs for one in program.textures.values()]
 
-    def draw(self, target: FrameTarget) -> None:
-        """Add its light to a frame."""
+    def draw(self, target: FrameTarget, *, add: bool) -> None:
+        """Draw its light into a frame, adding to what is there or in its place."""
         for row in range(0, self.table.rows, 4 * self._groups or self.table.rows):
             self._prepare(row)
             target.use()
             self._compose.set("hatRow", float(row))
             self._compose.set("marching", row == 0)
-            with added_up(self._gl):
+            with added_up(self._gl, add or row > 0):
                 self._compose.use()
                 self._compose.draw()
 

@@ -10,7 +10,10 @@ from rtbow import atmosphere
 from rtbow.airy import RADIUS_POWER
 from rtbow.arrays import Array, floats
 from rtbow.colour_table import Column
+from rtbow.constants import SCALE_HEIGHT_M
+from rtbow.fast_settings import ROUGH, Kind
 from rtbow.lights import Lamp, Sun
+from rtbow.steps import roughness
 from rtbow.volume import DropletVolume
 
 _DARK_COLUMN = 75.0
@@ -34,6 +37,14 @@ def filled_box(volume: DropletVolume) -> Array:
         box[0, axis] = low[axis] + max(at[0] - 1, 0) / last * extent[axis]
         box[1, axis] = low[axis] + min(at[-1] + 1, last) / last * extent[axis]
     return box
+
+
+def kind_of(volume: DropletVolume) -> Kind:
+    """Tell how a volume's radii vary."""
+    least, most = volume.radius_range_um
+    if volume.uniform or least == most:
+        return "alike"
+    return "rough" if roughness(volume) > ROUGH else "smooth"
 
 
 def radius_spread(volume: DropletVolume) -> float:
@@ -99,6 +110,18 @@ def sun_columns(sun: Sun, box_m: Array, eye_m: Array, margin: float = 0.0) -> Su
     power = np.zeros(4)
     power[: len(cubic.convert().coef)] = cubic.convert().coef
     return SunColumns(column, power - np.array([column.middle, 0.0, 0.0, 0.0]))
+
+
+_NEAR_RISE = 0.6
+"""Of the scale height, up to which the series of a segment's column holds within 1e-4."""
+_NEAR_DEPTH = 0.3
+"""Grey depth up to which that of its attenuation does."""
+
+
+def is_near(box_m: Array, eye_m: Array, column: Column, grey: float) -> bool:
+    """Whether short series do for the air: drops not far above or below the eye."""
+    rise = float(np.abs(box_m[:, 2] - eye_m[2]).max()) / SCALE_HEIGHT_M
+    return rise < _NEAR_RISE and column.reach * grey < _NEAR_DEPTH
 
 
 def eye_column(box_m: Array, eye_m: Array) -> float:

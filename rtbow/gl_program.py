@@ -131,11 +131,12 @@ class FrameTarget:
         self.texture = gl.ctx.texture(size_px, 4, dtype="f4")
         self._frame = gl.ctx.framebuffer([self.texture])
 
-    def begin(self) -> moderngl.Framebuffer:
-        """Bind the frame, all black."""
+    def begin(self, *, clear: bool = True) -> moderngl.Framebuffer:
+        """Bind the frame, all black if it is cleared."""
         self._frame.use()
         self._frame.scissor = (0, 0, *self.size_px)
-        self._frame.clear()
+        if clear:
+            self._frame.clear()
         self._gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         return self._frame
 
@@ -151,8 +152,11 @@ class FrameTarget:
 
 
 @contextmanager
-def added_up(gl: GlContext) -> Iterator[None]:
-    """Let what is drawn meanwhile add to what is there."""
+def added_up(gl: GlContext, add: bool = True) -> Iterator[None]:
+    """Let what is drawn meanwhile add to what is there, if it is to."""
+    if not add:
+        yield
+        return
     gl.ctx.enable(moderngl.BLEND)
     gl.ctx.blend_func = moderngl.ONE, moderngl.ONE
     try:

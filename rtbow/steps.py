@@ -102,7 +102,7 @@ def step_rates(
     """
     points = np.array(volume.shape)
     extent = volume.box_m[1] - volume.box_m[0]
-    samples = per_cell + (per_log_radius * _roughness(volume) if per_log_radius else 0.0)
+    samples = per_cell + (per_log_radius * roughness(volume) if per_log_radius else 0.0)
     uneven = floats(np.maximum(samples, SAMPLES_PER_UNEVENNESS * _unevenness(volume)))
     cells = uneven * (points - 1) / extent
     if not volume.uniform:
@@ -115,7 +115,7 @@ def step_rates(
     return StepRates(cells, max(_air_rate(volume, optics), rain), rain)
 
 
-def _roughness(volume: DropletVolume) -> float:
+def roughness(volume: DropletVolume) -> float:
     """Mean change of the logarithm of the radius between neighbouring grid points.
 
     Weighted by the light of both points: drops that scatter nothing need no samples.

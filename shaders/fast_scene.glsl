@@ -13,6 +13,7 @@ uniform vec2 frameSize;
 uniform mat3 cameraBasis;
 #if AIR
 uniform float eyeHeight;
+uniform float eyeAir;               // column per metre at the eye
 uniform float greyAir;              // depth per column that weights carry; tables have the rest
 #endif
 #if POLARIZER

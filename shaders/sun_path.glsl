@@ -31,7 +31,24 @@ Column columnAt(Position at, Direction ray, Length distance) {
 #else
     Column towards = sunCubic.x + height * (sunCubic.y + height * (sunCubic.z + height * sunCubic.w));
 #endif
+#if NEAR_AIR
+    // The closed form's series: heights change by a part of the scale height along the ray.
+    float u = ray.z * distance / SCALE_HEIGHT_M;
+    return towards + eyeAir * distance
+        * (1.0 - u * (0.5 - u * (1.0 / 6.0 - u * (1.0 / 24.0 - u / 120.0))));
+#else
     return towards + segmentColumn(eyeHeight, ray.z, distance);
+#endif
+}
+
+// What the grey part of that column leaves.
+Number greyLeft(Column column) {
+    Number depth = greyAir * column;
+#if NEAR_AIR
+    return 1.0 - depth * (1.0 - depth * (0.5 - depth * (1.0 / 6.0 - depth / 24.0)));
+#else
+    return exp(-depth);
+#endif
 }
 #endif
 
@@ -61,7 +78,7 @@ SunPath gatherSun(Direction ray, vec2 span, int count RADII) {
 #endif
 #if AIR
         column = columnAt(at, ray, distance);
-        reach *= exp(-greyAir * column);
+        reach *= greyLeft(column);
 #endif
 #if EXTINCTION
         Number before = toEye + toSun;
