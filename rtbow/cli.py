@@ -136,10 +136,17 @@ def rtbow() -> None:
 )
 @click.option(
     "--method",
-    type=click.Choice(["auto", "spectral", "reference"]),
+    type=click.Choice(["auto", "fast", "spectral", "reference"]),
     default="auto",
     show_default=True,
-    help="spectral: wavelength loop in the shader; reference: float64 on the CPU.",
+    help="fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
+    " float64 on the CPU; auto: fast where it keeps its error, else spectral.",
+)
+@click.option(
+    "--max-delta-e",
+    type=float,
+    metavar="DE",
+    help="Error that method fast may make: CIEDE2000 at the 99th percentile of pixels.",
 )
 @click.option(
     "--set",
@@ -164,6 +171,7 @@ def render(
     size: tuple[int, int] | None,
     backend: Any,
     method: Method,
+    max_delta_e: float | None,
     settings: tuple[str, ...],
     exposure: float | None,
     seed: int | None,
@@ -186,6 +194,8 @@ def render(
         overrides["camera.size_px"] = list(size)
     if seed is not None:
         overrides["droplets.seed"] = seed
+    if max_delta_e is not None:
+        overrides["render.max_delta_e"] = max_delta_e
     loaded = load_scene(scene, overrides)
     if seed is not None and loaded.droplets.file is not None:
         raise InputError(

@@ -19,7 +19,6 @@ import numpy as np
 
 from rtbow.arrays import Array, Float32, floats
 from rtbow.atmosphere import rayleigh_depth
-from rtbow.constants import VISIBLE_NM
 from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
 
 MOST_OUTCOMES = 8
@@ -263,9 +262,3 @@ def colour_table(outcomes: Array, light: LightColumns, chord: Array, fit: Array)
         values=values,
         fit_error=error,
     )
-
-
-def node_step_nm(step_nm: float) -> float:
-    """Give the nearest step of wavelengths not wider than one that divides the visible evenly."""
-    whole = VISIBLE_NM[1] - VISIBLE_NM[0]
-    return float(whole / np.ceil(whole / step_nm - 1e-9))

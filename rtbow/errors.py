@@ -17,3 +17,7 @@ class UnavailableError(RtbowError):
     """This machine lacks something (a GL backend, a display); says what to install."""
 
     exit_code = 3
+
+
+class UnsuitedError(InputError):
+    """A scene that a method cannot draw within the error asked for, while another one can."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.context import GlContext
 from rtbow.fast_lamp import FastLamp
@@ -23,7 +25,10 @@ class FastPass:
 
     Raises:
         InputError: a spectrum or volume is not usable, or beyond what this GL device takes.
+        UnsuitedError: the method cannot draw this scene within that error.
     """
+
+    method: Literal["fast"] = "fast"
 
     def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
         self._gl, self._scene = gl, scene

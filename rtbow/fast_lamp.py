@@ -20,7 +20,6 @@ from rtbow.colour_table import (
     folded_chord,
     hat_fit,
     light_columns,
-    node_step_nm,
     unfolded,
 )
 from rtbow.context import GlContext
@@ -35,11 +34,11 @@ from rtbow.fast_scene import (
     set_march,
     set_scene,
 )
-from rtbow.fast_settings import FastSettings
+from rtbow.fast_settings import FastSettings, node_step_nm
 from rtbow.fast_volume import filled_box, lamp_column
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up
 from rtbow.glsl import Define
-from rtbow.lights import NEAREST_M, Lamp
+from rtbow.lights import NEAREST_M
 from rtbow.parts import Parts
 from rtbow.scene import Scene
 from rtbow.section_table import running_integral
@@ -47,14 +46,15 @@ from rtbow.steps import lamp_steps
 
 _AIR_STEPS = 4
 """Steps through even drops in air."""
-_DISC_STEPS = 2
-"""Steps through even drops about a lamp whose apparent size changes along the ray."""
-_FRINGES = 12.0
-"""Texels of the table within a bow's width, for a light without a disc."""
 _LEAST_TEXELS = 4.0
 """Range of the running integral that keeps its digits in float32."""
 _DISC_ROWS = 64
-_MOST_NODES = 48
+_LEAST_BLUR = 0.05
+"""Part of a fringe's width that a disc must have to blur anything."""
+_MOST_RATIO = 10.0
+"""Lamp's radius over the distance at which a ray passes its centre, at most: rays that come nearer
+meet drops in front of and behind the lamp only, where angles are all but 0 or pi."""
+_MOST_NODES = 32
 """Nodes over a disc, at most: wider discs than those suffice for are met within some radii of the
 lamp only."""
 
@@ -82,14 +82,15 @@ class FastLamp:
         box = filled_box(volume)
         radii = radius_rows(volume, settings)
         column = lamp_column(lamp, box, eye) if air else NO_AIR
+        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
         light = light_columns(
-            lamp.spectrum, node_step_nm(settings.wavelength_step_nm), column, settings.colour,
+            lamp.spectrum, node_step_nm(settings, blurred=not drops.on_device), column, settings.colour,
             rain_colour(parts, settings),
         )  # fmt: skip
         x = 2.0 * np.pi * volume.size_range_um[1] * 1e-6 / 380e-9
         fringe = 1.4 / x ** (2.0 / 3.0)
-        chord = chords(0.0, np.pi, fringe / _FRINGES, min(gl.limits.texture_2d, 16_384))
-        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
+        most = min(gl.limits.texture_2d, 16_384)
+        chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most)
         found = outcomes(
             gl, drops, light, unfolded(chord), 0.0,
             components=scene.camera.polarizer_deg is not None, progress=building,
@@ -104,17 +105,18 @@ class FastLamp:
             "LAMP_DISC": lamp.radius_m > 0.0,
             "BLOCK": self._block,
             "EVEN": even,
-            "EVEN_STEPS": _AIR_STEPS if air else (_DISC_STEPS if lamp.radius_m > 0.0 else 1),
+            "EVEN_STEPS": _AIR_STEPS if air else 1,
             "LEAST_TEXELS": _LEAST_TEXELS,
             "DISC_ROWS": _DISC_ROWS,
             "PARTS": True,
             "HAT_GROUPS": 0,
         }
-        running = running_colours(self.table, chord)
-        first_disc, last_disc = disc_range(lamp, box, fringe)
+        colours = self.table.values[: self.table.rows * self.table.components]
+        running = running_colours(floats(colours), unfolded(chord))
+        first = _LEAST_BLUR * fringe
         if lamp.radius_m > 0.0 and self.table.rows == 1:
-            discs = np.geomspace(first_disc, last_disc, _DISC_ROWS - 1)
-            running = over_discs(running, chord, discs, fringe)
+            ratios = np.geomspace(first, _MOST_RATIO, _DISC_ROWS - 1)
+            running = over_discs(self.table, chord, ratios, fringe)
         self._compose = GlProgram(gl, "fast_lamp.frag", defines)
         self._marching = [self._compose]
         if self._block:
@@ -134,8 +136,8 @@ class FastLamp:
             program.set("lampSphere", (*(lamp.position_m - eye), lamp.radius_m))
             program.set("chordAxis", (self.table.first, self.table.per_chord))
             program.set("middleAir", column.middle)
-            per_fold = (_DISC_ROWS - 2) / float(np.log(last_disc / first_disc))
-            program.set("discRows", (np.log(first_disc), per_fold))
+            per_fold = (_DISC_ROWS - 2) / float(np.log(_MOST_RATIO / first))
+            program.set("discRows", (float(np.log(first)), per_fold))
             program.set("fewSteps", settings.few_steps)
             program.set("manySteps", many)
             if drops_texture is not None:
@@ -172,56 +174,50 @@ class FastLamp:
             self._compose.draw()
 
 
-def running_colours(table: ColourTable, chord: Array) -> Float32:
-    """Give a table's running integral over the angle (components * rows, N, 4).
+def running_colours(colours: Array, theta: Array) -> Float32:
+    """Give the running integral of colours (rows, N, 4) over the angle (N,).
 
     Counted from the right angle, so that the bows, on which it has to keep its digits, are not
     counted from the forward peak.
     """
-    colours = table.values[: table.rows * table.components].astype(np.float64)
-    total = running_integral(colours.transpose(0, 2, 1), unfolded(chord))
+    total = running_integral(colours.transpose(0, 2, 1), theta)
     return np.asarray(total.transpose(0, 2, 1), dtype=np.float32)
 
 
-def disc_range(lamp: Lamp, box_m: Array, fringe_rad: float) -> tuple[float, float]:
-    """Give the least disc of a lamp that blurs anything, and the greatest that a drop sees."""
-    inside = np.clip(lamp.position_m, box_m[0], box_m[1])
-    nearest = max(float(np.linalg.norm(lamp.position_m - inside)), lamp.radius_m, 1e-9)
-    greatest = float(np.arcsin(min(lamp.radius_m / nearest, 1.0)))
-    least = 0.05 * fringe_rad
-    return least, max(greatest, 2.0 * least)
+def over_discs(table: ColourTable, chord: Array, ratios: Array, fringe_rad: float) -> Float32:
+    """Give running integrals of colours averaged over a lamp's disc, along rays that pass it.
 
-
-def over_discs(running: Float32, chord: Array, discs: Array, fringe_rad: float) -> Float32:
-    """Average running integrals over discs, each across its chords as if flat.
+    A drop at the scattering angle theta sees a disc of the angular radius asin(q sin(theta)) with
+    one ratio q along a ray, the lamp's radius over its distance from the ray's line. Means are
+    across the disc's chords as if it were flat.
 
     Args:
-        running: (components, N, 4).
-        chord: folded chords of the columns (N,).
-        discs: angular radii (D,), ascending.
+        table: colours of one radius, under a point.
+        chord: folded chords of its columns (N,).
+        ratios: q (D,), ascending.
         fringe_rad: width of the finest detail.
 
     Returns:
-        (components * (D + 1), N, 4); the first row of each component is a point's.
+        float32 (components * (D + 1), N, 4); the first row of each component is a point's.
     """
     theta = unfolded(chord)
-    rows = [running]
-    for disc in discs:
-        count = min(4 + int(3.0 * disc / fringe_rad), _MOST_NODES)
+    colours = table.values[: table.components].astype(np.float64)
+    per_chord = (len(chord) - 1) / (chord[-1] - chord[0])
+    rows = [colours]
+    for ratio in ratios:
+        disc = np.arcsin(np.minimum(ratio * np.sin(theta), 1.0))
+        count = min(4 + int(2.0 * disc.max() / fringe_rad), _MOST_NODES)
         angle = np.arange(1, count + 1) * np.pi / (count + 1)
         weights = 2.0 / (count + 1) * np.sin(angle) ** 2
-        total = np.zeros(running.shape)
+        mean = np.zeros(colours.shape)
         for node, weight in zip(np.cos(angle), weights, strict=True):
             at = theta + disc * node
-            # Beyond a pole the angle counts back, and the integral with it.
-            mirrored = np.where(at < 0.0, -at, np.where(at > np.pi, 2.0 * np.pi - at, at))
-            place = (folded_chord(mirrored) - chord[0]) * (len(chord) - 1) / (chord[-1] - chord[0])
+            # Beyond a pole the angle counts back.
+            at = np.abs(np.where(at > np.pi, 2.0 * np.pi - at, at))
+            place = (folded_chord(at) - chord[0]) * per_chord
             left = np.clip(place.astype(np.int64), 0, len(chord) - 2)
             share = (place - left)[:, None]
-            found = running[:, left] * (1.0 - share) + running[:, left + 1] * share
-            pole = np.where((at < 0.0)[:, None], running[:, :1], running[:, -1:])
-            outside = ((at < 0.0) | (at > np.pi))[:, None]
-            total += weight * np.where(outside, 2.0 * pole - found, found)
-        rows.append(total.astype(np.float32))
-    stacked = np.stack(rows, axis=1)  # (components, D + 1, N, 4)
-    return np.ascontiguousarray(stacked.reshape(-1, *running.shape[1:]))
+            mean += weight * (colours[:, left] * (1.0 - share) + colours[:, left + 1] * share)
+        rows.append(mean)
+    stacked = np.stack(rows, axis=1).reshape(-1, *colours.shape[1:])
+    return running_colours(stacked, theta)

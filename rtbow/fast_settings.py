@@ -8,11 +8,16 @@ from typing import Literal
 from rtbow.constants import DEFAULT_DELTA_E
 
 Kind = Literal["alike", "smooth", "rough"]
-"""Whether a volume's drops are of one radius (or mixture), of radii that vary slowly over the grid's
-cells, or of radii that differ from each grid point to the next."""
+"""Whether drops are of one radius (or mixture), of radii that vary slowly over the grid's cells, or
+of radii that differ from each grid point to the next."""
 
 ROUGH = 0.08
 """Mean change of ln(radius) between neighbouring grid points from which a volume is rough."""
+
+
+BLURRED_STEP_NM = 5.0
+"""Step of wavelengths that suffices for sizes mixed within 2 % or more: that blurs their fringes by
+more than neighbouring wavelengths differ."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +30,9 @@ class FastSettings:
         block: pixels between the nodes at which a path is gathered; 0: at every pixel.
         bend: share by which a straight line between nodes may miss a path's weight.
         texels_per_disc: texels of the colour table within the light's angular radius.
+        texels_per_fringe: texels within a bow's width, for lights without a disc.
         wavelength_step_nm: between the wavelengths at which cross-sections are taken; spectra are
-            integrated at 1 nm.
+            integrated at 1 nm. Fringes of one radius want it fine.
         row_step: distance in ln(radius) of the radii of cross-sections.
         rows_per_fold: rows of radius per factor e, in a volume whose radii vary along a ray by that
             factor; more where they vary less (:func:`hat_rows`).
@@ -40,6 +46,7 @@ class FastSettings:
     block: int
     bend: float
     texels_per_disc: float
+    texels_per_fringe: float
     wavelength_step_nm: float
     row_step: float
     rows_per_fold: float
@@ -69,8 +76,9 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         samples_per_log_radius=20.0 * min(finer, 2.0) if kind == "rough" else 0.0,
         block=blocks[0] if share < 1.0 else (blocks[1] if share < 4.0 else 4 * (kind != "rough")),
         bend=6e-3 * min(share, 4.0),
+        texels_per_fringe=6.0 * min(max(finer, 0.5), 2.0),
         texels_per_disc=6.0 * min(max(finer, 0.5), 2.0),
-        wavelength_step_nm=2.0 if tight else 5.0,
+        wavelength_step_nm=(1.0 if tight else 2.0) if kind == "alike" else (2.5 if tight else 5.0),
         row_step=0.015 if share >= 1.0 else 0.01,
         # Where no nodes keep weights of rows, rows cost nothing.
         rows_per_fold=(100.0 if kind == "rough" else 11.0) * min(max(finer, 0.5), 2.5),
@@ -91,3 +99,14 @@ def hat_rows(spread: float, settings: FastSettings) -> float:
         settings: how coarse.
     """
     return settings.rows_per_fold * min(max(0.27 / max(spread, 1e-6), 1.0), 5.0)
+
+
+def node_step_nm(settings: FastSettings, *, blurred: bool) -> float:
+    """Give the step of wavelengths of cross-sections, which divides the visible evenly.
+
+    Args:
+        settings: how coarse.
+        blurred: whether fringes are blurred already, by a mixture or the spread of exact theory.
+    """
+    step = settings.wavelength_step_nm
+    return max(step, BLURRED_STEP_NM) if blurred else step

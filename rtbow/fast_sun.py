@@ -24,7 +24,6 @@ from rtbow.colour_table import (
     colour_table,
     hat_fit,
     light_columns,
-    node_step_nm,
     unfolded,
 )
 from rtbow.context import GlContext
@@ -39,7 +38,7 @@ from rtbow.fast_scene import (
     set_march,
     set_scene,
 )
-from rtbow.fast_settings import FastSettings
+from rtbow.fast_settings import FastSettings, node_step_nm
 from rtbow.fast_volume import SunColumns, filled_box, is_near, sun_columns
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up
 from rtbow.glsl import Define
@@ -87,13 +86,13 @@ class FastSun:
         self._box = filled_box(volume)
         radii = radius_rows(volume, settings)
         columns = sun_columns(sun, self._box, eye)
+        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
         light = light_columns(
-            sun.spectrum, node_step_nm(settings.wavelength_step_nm),
+            sun.spectrum, node_step_nm(settings, blurred=not drops.on_device),
             columns.column if optics.has_air else NO_AIR, settings.colour,
             rain_colour(parts, settings),
         )  # fmt: skip
         chord = self._chords(sun)
-        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
         components = scene.camera.polarizer_deg is not None
         found = outcomes(
             gl, drops, light, unfolded(chord), sun.disc_rad,

@@ -37,7 +37,7 @@ from rtbow.section_table import RadiusAxis, angle_axis, radius_axis, row_section
 from rtbow.sections import Sections
 from rtbow.volume import DropletVolume, build_volume
 
-_MOST_NODES = 24
+_MOST_NODES = 96
 """Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""
 _AIR_CELL_M = 200.0
 """Longest piece of a ray in air: attenuation over it is a polynomial of degree 5 to 1e-12."""

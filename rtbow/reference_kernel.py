@@ -10,7 +10,7 @@ from rtbow.arrays import Array, Indices
 from rtbow.compiled import compiled, prange
 from rtbow.volume_kernel import interpolate
 
-NODES_PER_LOG_RADIUS = 10.0
+NODES_PER_LOG_RADIUS = 30.0
 
 
 @compiled()

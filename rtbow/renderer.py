@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtbow.arrays import Progress, no_progress
 from rtbow.display import require_finite
-from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.errors import InputError, RtbowError, UnavailableError, UnsuitedError
 from rtbow.scene import Scene
 
 if TYPE_CHECKING:
@@ -71,7 +71,8 @@ class Renderer:
         """Render a frame.
 
         Args:
-            method: ``auto`` (``spectral``), ``spectral`` or ``reference``.
+            method: ``fast``, ``spectral``, ``reference``, or ``auto``: ``fast`` wherever it keeps
+                the scene's ``render.max_delta_e``, else ``spectral``.
             progress: wraps the loop over the picture's rows, to show how far it is.
             building: wraps the loop over parts of an exact table that has to be built first.
 
@@ -84,9 +85,10 @@ class Renderer:
             UnavailableError: no GL backend works here, or the memory does not suffice.
             RtbowError: the renderer is closed.
         """
-        method = self._chosen(method)
+        self._check(method)
         try:
             if method == "reference":
+                self.method_used = method
                 frame = self._render_reference(progress, building)
             else:
                 frame = self._render_shader(method, progress, building)
@@ -116,7 +118,7 @@ class Renderer:
         Raises:
             InputError, UnavailableError, RtbowError: as :meth:`render`.
         """
-        method = self._chosen(method)
+        self._check(method)
         if method == "reference":
             raise InputError("method 'reference' needs no GL device; use render()")
         with self._device(method, no_progress) as passes:
@@ -125,16 +127,14 @@ class Renderer:
 
     @property
     def texture_bytes(self) -> int:
-        """Memory of the textures that the method used last reads."""
-        return sum(one.texture_bytes for one in self._passes.get(self.method_used, []))
+        """Memory of the textures of all methods used so far."""
+        return sum(one.texture_bytes for passes in self._passes.values() for one in passes)
 
-    def _chosen(self, method: Method) -> Method:
+    def _check(self, method: Method) -> None:
         if self._closed:
             raise RtbowError("this Renderer is closed; make another")
         if method not in METHODS:
             raise InputError(f"method {method!r} is not known; must be one of {', '.join(METHODS)}")
-        self.method_used = "spectral" if method == "auto" else method
-        return self.method_used
 
     def _render_shader(
         self, method: Method, progress: Progress, building: Progress
@@ -163,11 +163,10 @@ class Renderer:
         try:
             with self._context.current():
                 if method not in self._passes:
-                    make = _pass_class(method)
-                    self._passes[method] = [
-                        make(self._context, scene, building) for scene, _ in self.scene.parts()
-                    ]
-                yield self._passes[method]
+                    self._passes[method] = self._make_passes(self._context, method, building)
+                passes = self._passes[method]
+                self.method_used = passes[0].method
+                yield passes
         except moderngl.Error as error:
             width, height = self.scene.camera.size_px
             raise UnavailableError(
@@ -175,6 +174,22 @@ class Renderer:
                 f" or the volume ({error}); render smaller, use a coarser volume, or render with"
                 " --method reference"
             ) from error
+
+    def _make_passes(
+        self, context: GlContext, method: Method, building: Progress
+    ) -> list[SpectralPass | FastPass]:
+        # Imported when used: each brings modules that the other does not need.
+        if method != "spectral":
+            from rtbow.fast import FastPass
+
+            try:
+                return [FastPass(context, scene, building) for scene, _ in self.scene.parts()]
+            except UnsuitedError:
+                if method == "fast":
+                    raise
+        from rtbow.spectral import SpectralPass
+
+        return [SpectralPass(context, scene, building) for scene, _ in self.scene.parts()]
 
     def close(self) -> None:
         """Release the GL context and all that lives on it; a second call does nothing."""
@@ -194,14 +209,3 @@ class Renderer:
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-
-def _pass_class(method: Method) -> type[FastPass | SpectralPass]:
-    # Imported when used: each brings modules that the other does not need.
-    if method == "fast":
-        from rtbow.fast import FastPass
-
-        return FastPass
-    from rtbow.spectral import SpectralPass
-
-    return SpectralPass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 
@@ -50,6 +51,8 @@ class SpectralPass:
     Raises:
         InputError: a spectrum or volume is not usable, or beyond what this GL device takes.
     """
+
+    method: Literal["spectral"] = "spectral"
 
     def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
         self._gl = gl

@@ -17,20 +17,21 @@ uniform float middleAir;        // middle column
 uniform sampler2D colours;
 uniform sampler2D runningColours;
 #if LAMP_DISC && !SEVERAL_RADII
-uniform vec2 discRows;          // logarithm of the second row's disc; rows per factor e
+uniform vec2 discRows;          // logarithm of the second row's ratio; rows per factor e
 #endif
 
 // The colours' running integral at a place along the tables, averaged over the lamp's disc.
 #if LAMP_DISC && !SEVERAL_RADII
-// Rows of the table are discs.
-Tristimulus runningRow(Number texel, Number disc, int component) {
+// The disc's sine is the lamp's radius over its distance, which is D / sin(theta): along one ray the
+// disc is a function of the angle and of one ratio, radius / D, for which the table has rows.
+Tristimulus runningRow(Number texel, Number row, int component) {
     vec2 size = vec2(textureSize(runningColours, 0));
-    vec2 at = vec2(clamp(texel, 0.0, size.x - 1.0), float(component * DISC_ROWS) + disc) + 0.5;
+    vec2 at = vec2(clamp(texel, 0.0, size.x - 1.0), float(component * DISC_ROWS) + row) + 0.5;
     return textureLod(runningColours, at / size, 0.0).rgb;
 }
 
 Tristimulus runningAt(Number texel, Number row, Number perpendicular, Angle disc, Number slope) {
-    Number at = clamp((log(disc) - discRows.x) * discRows.y + 1.0, 0.0, float(DISC_ROWS - 1));
+    Number at = clamp(row, 0.0, float(DISC_ROWS - 1));
 #if POLARIZER
     return 0.5 * mix(runningRow(texel, at, 1), runningRow(texel, at, 0), perpendicular);
 #else
@@ -62,8 +63,10 @@ Tristimulus meanColour(LampRay lamp, Length from, Length to, Length middle, Angl
                    - chordAxis.x) * chordAxis.y;
     Number slope = chordSlopeAt(lamp.side, middle);
     Angle disc = 0.0;
-#if LAMP_DISC
+#if LAMP_DISC && SEVERAL_RADII
     disc = lampDisc(lamp, middle);
+#elif LAMP_DISC
+    row = (log(lamp.radius / lamp.side) - discRows.x) * discRows.y + 1.0;
 #endif
     // A range of less than a few texels is too narrow for a difference in float32, and is widened.
     if (texels.y - texels.x < LEAST_TEXELS) {
