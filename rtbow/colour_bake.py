@@ -15,11 +15,9 @@ from rtbow.constants import MIN_RADIUS_UM
 from rtbow.context import GlContext
 from rtbow.gl_program import GlProgram
 from rtbow.glsl import Define, glsl_literal
-from rtbow.mie_table import tabled_sizes
 from rtbow.scene import Scattering
 from rtbow.section_table import RadiusAxis, row_sections
-from rtbow.sections import water_sections
-from rtbow.sizes import Sizes
+from rtbow.sizes import Sizes, tabled_sizes
 from rtbow.spectral_layout import bow_rows, dark_edges
 from rtbow.table import airy_table, shader_constants
 from rtbow.water import relative_index
@@ -101,6 +99,9 @@ def _from_sections(
     drops: Drops, light: LightColumns, theta: Array, disc_rad: float, *,
     components: bool, progress: Progress,
 ) -> Float32:  # fmt: skip
+    # Imported here, with the compiler of what is summed on the CPU.
+    from rtbow.sections import water_sections
+
     scattering, radii = drops.scattering, drops.radius_m
     range_um = float(radii[0] * 1e6), float(radii[-1] * 1e6)
     if drops.mixture is not None:

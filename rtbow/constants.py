@@ -21,6 +21,8 @@ MAX_GRID_POINTS = 512**3
 MIN_RADIUS_UM = 1.0
 MAX_RADIUS_UM = 5000.0
 """Drop radii accepted anywhere, µm; raindrops break up well before the upper end."""
+TABLE_RADII_UM = (MIN_RADIUS_UM, 1500.0)
+"""Radii of the whole table of exact theory; larger ones are built when a scene asks for them."""
 
 SUN_DIAMETER_DEG = 0.533
 """The sun's disc across, at its mean distance."""

@@ -16,7 +16,6 @@ from rtbow.colour import XYZ_TO_RGB
 from rtbow.colour_bake import middle_radius
 from rtbow.colour_table import ColourTable
 from rtbow.context import GlContext
-from rtbow.extinction import mean_extinction_towards
 from rtbow.fast_settings import FastSettings, hat_rows
 from rtbow.fast_volume import greatest_depth, radius_spread
 from rtbow.gl_program import GlProgram
@@ -137,6 +136,8 @@ def set_march(
 def bind_rain(program: GlProgram, light: Sun | Lamp, parts: Parts) -> None:
     """Upload the rain's depths towards a light, where the rain attenuates."""
     if parts.rain is not None and not parts.volume.uniform:
+        from rtbow.extinction import mean_extinction_towards
+
         towards = mean_extinction_towards(light, parts.volume, parts.rain.field)
         program.volume("rainToLight", towards[..., None])
 

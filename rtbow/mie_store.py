@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from rtbow.arrays import Progress, no_progress
 from rtbow.cache import cached_arrays, file_digest, source_digest
+from rtbow.constants import TABLE_RADII_UM
 from rtbow.errors import RtbowError
 from rtbow.files import write_atomic
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.mie_build import build_mie_table, kept_table
-from rtbow.mie_table import TABLE_RADII_UM, MieTable, standard_axes
+from rtbow.mie_table import MieTable, standard_axes
 
 COMPACT_FILE = Path(__file__).resolve().parent / "data" / "mie-compact.bin"
 _PER_OCTAVE = 256.0

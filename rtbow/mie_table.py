@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 
 from rtbow.arrays import Array, floats
 from rtbow.compiled import compiled, prange
-from rtbow.constants import MIN_RADIUS_UM, VISIBLE_NM
+from rtbow.constants import VISIBLE_NM
 from rtbow.disc import disc_nodes
 from rtbow.errors import InputError
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
-from rtbow.sizes import Sizes
+from rtbow.sizes import Sizes, tabled_sizes
 
-TABLE_RADII_UM = (MIN_RADIUS_UM, 1500.0)
-"""Radii of the whole table; larger ones are built when a scene asks for them."""
 _MARGIN = 6
 """Nodes beyond the range on each side: what a spline's end does falls by 0.27 per node."""
 
@@ -30,19 +28,6 @@ def standard_axes(spread: float, index_range: tuple[float, float] = INDEX_RANGE)
     """Give the layout of a whole table: a narrower spread leaves finer fringes."""
     finer = min(max(DEFAULT_SPREAD / spread, 0.5), 2.0)
     return MieAxes(spread, 1.0, 5, index_range, 60.0 * finer, 100.0 * finer, 50.0 * finer, 0.45)
-
-
-_TAIL = 0.01
-"""Share of a mixture's area that may be beyond the whole table's radii, and counts at its end."""
-
-
-def tabled_sizes(sizes: Sizes) -> Sizes:
-    """Give a mixture whose thin tail of large drops, if it has one, ends with the whole table.
-
-    Without that a tail of a millionth of the drops would ask for a table of its own. Angles of the
-    bows hardly depend on such sizes, and their area is kept.
-    """
-    return sizes.within(TABLE_RADII_UM[1], _TAIL)
 
 
 def node_range(axes: MieAxes, radii_um: tuple[float, float]) -> tuple[int, int]:

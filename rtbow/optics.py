@@ -7,6 +7,7 @@ they share no code for.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,12 +15,14 @@ from rtbow.airy import Bow, bows
 from rtbow.arrays import Array, Progress, no_progress
 from rtbow.atmosphere import rayleigh_depth
 from rtbow.lights import Lamp, Sun, lamps, suns
-from rtbow.mie_table import tabled_sizes
 from rtbow.scene import Scene
-from rtbow.sections import Sections, water_sections
+from rtbow.sizes import tabled_sizes
 from rtbow.spectrum import colour_weights, wavelength_bins
 from rtbow.volume import DropletVolume
 from rtbow.water import relative_index
+
+if TYPE_CHECKING:
+    from rtbow.sections import Sections
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,9 @@ def table_sections(
     theory = scene.scattering.theory
     if theory == "airy" and volume.sizes is None:
         return None
+    # Imported here, with the compiler of what is summed on the CPU.
+    from rtbow.sections import water_sections
+
     radii_um = volume.size_range_um
     if volume.sizes is not None and theory == "mie":
         radii_um = tabled_sizes(volume.sizes).range_um

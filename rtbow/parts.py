@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.camera import camera_basis
-from rtbow.extinction import RainExtinction, rain_extinction
 from rtbow.lights import Sun
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
-from rtbow.sections import Sections
 from rtbow.volume import DropletVolume, build_volume
+
+if TYPE_CHECKING:
+    from rtbow.extinction import RainExtinction
+    from rtbow.sections import Sections
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,15 @@ def scene_parts(scene: Scene, progress: Progress = no_progress, *, tables: bool 
         optics,
         volume,
         table_sections(scene, optics, volume, progress) if tables else None,
-        rain_extinction(scene, optics, volume) if scene.droplets.extinction else None,
+        _rain(scene, optics, volume) if scene.droplets.extinction else None,
     )
+
+
+def _rain(scene: Scene, optics: Optics, volume: DropletVolume) -> RainExtinction:
+    # Imported here, with the compiler of what is summed on the CPU.
+    from rtbow.extinction import rain_extinction
+
+    return rain_extinction(scene, optics, volume)
 
 
 def cone_range(camera: Camera, sun: Sun) -> tuple[float, float]:

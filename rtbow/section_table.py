@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.arrays import Array, floats
 from rtbow.errors import InputError
-from rtbow.sections import Sections
 from rtbow.sizes import Sizes
+
+if TYPE_CHECKING:
+    from rtbow.sections import Sections
 
 _LARGEST_BYTES = 1024 * 2**20
 _LARGEST_FLOAT32_BYTES = 128 * 2**20

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.arrays import Array, floats
-from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM
+from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, TABLE_RADII_UM
 from rtbow.scene import (
     ConstantRadius,
     Density,
@@ -223,3 +223,16 @@ def quantiles(radius: Radius, share: Array) -> Array:
     # Where hardly any drops are, shares do not grow in float64.
     rising = np.concatenate([[True], np.diff(drops) > 0.0])
     return floats(np.exp(np.interp(share * drops[-1], drops[rising], np.log(at)[rising])))
+
+
+_TAIL = 0.01
+"""Share of a mixture's area that may be beyond the whole table's radii, and counts at its end."""
+
+
+def tabled_sizes(sizes: Sizes) -> Sizes:
+    """Give a mixture whose thin tail of large drops, if it has one, ends with the whole table.
+
+    Without that a tail of a millionth of the drops would ask for a table of its own. Angles of the
+    bows hardly depend on such sizes, and their area is kept.
+    """
+    return sizes.within(TABLE_RADII_UM[1], _TAIL)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.camera import camera_basis, polarizer_pass
 from rtbow.context import GlContext
 from rtbow.errors import InputError
-from rtbow.extinction import RainExtinction, mean_extinction_towards
 from rtbow.gl_program import FrameTarget, GlProgram, added_up, check_sizes, texture_bytes
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
@@ -20,7 +19,6 @@ from rtbow.optics import Optics
 from rtbow.parts import Parts, scattering_range, scene_parts
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import SectionTable, angle_axis, section_table
-from rtbow.sections import Sections
 from rtbow.spectral_layout import (
     LAMP_DEPTH_SAMPLES,
     MAX_STEPS,
@@ -32,6 +30,10 @@ from rtbow.steps import LEAST_RAIN_SAMPLES, lamp_steps, most_steps, step_rates
 from rtbow.strips import strips
 from rtbow.table import airy_table
 from rtbow.volume import DropletVolume
+
+if TYPE_CHECKING:
+    from rtbow.extinction import RainExtinction
+    from rtbow.sections import Sections
 
 _LOOPS = 65_000
 """Loop iterations of one pixel, at most: Mesa's CPU driver ends all of a shader's loops after
@@ -167,6 +169,8 @@ class SpectralPass:
         self._program.set(f"{name}Radii", (first, radii.per_fold, table.scale))
 
     def _upload_depths(self, parts: Parts, rain: RainExtinction) -> None:
+        from rtbow.extinction import mean_extinction_towards
+
         lights: tuple[Sun | Lamp, ...] = (*parts.optics.suns, *parts.optics.lamps)
         blocks = [mean_extinction_towards(light, parts.volume, rain.field) for light in lights]
         stacked = np.concatenate(blocks)[..., None]

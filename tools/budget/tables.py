@@ -9,12 +9,13 @@ import numpy as np
 from budget.strips import reference_strip, strip_angles, strip_scene, table_strip
 from rtbow.arrays import Array, floats
 from rtbow.colour_difference import Spread, frame_difference
+from rtbow.constants import TABLE_RADII_UM
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.mie_average import mean_intensities
 from rtbow.mie_axes import DEFAULT_SPREAD
 from rtbow.mie_build import kept_table
 from rtbow.mie_store import COMPACT_FILE, compact_table
-from rtbow.mie_table import TABLE_RADII_UM, MieSections, MieTable, resample, standard_axes
+from rtbow.mie_table import MieSections, MieTable, resample, standard_axes
 from rtbow.optics import scene_optics
 from rtbow.table import airy_table
 from rtbow.table_tools import RADII_UM, lookup_errors
