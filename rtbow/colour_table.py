@@ -72,6 +72,10 @@ class Column:
         """Chebyshev points about the middle, ascending, relative to it."""
         return floats(-np.cos((np.arange(count) + 0.5) * np.pi / count) * self.reach)
 
+    def window(self, step: float) -> Column:
+        """Give a range about it whose ends are multiples of a step, so that it serves others too."""
+        return Column(max(np.floor(self.low / step) * step, 0.0), np.ceil(self.high / step) * step)
+
 
 NO_AIR = Column(0.0, 0.0)
 
@@ -103,6 +107,7 @@ def light_columns(
     column: Column,
     tolerance: float,
     rain_ratio: Callable[[Array], Array] | None = None,
+    degree: int | None = None,
 ) -> LightColumns:
     """Choose columns and the degree that follows them, and weigh the spectrum.
 
@@ -112,6 +117,7 @@ def light_columns(
         column: the columns in the scene; ``NO_AIR`` without.
         tolerance: relative error allowed to the fit.
         rain_ratio: gives the rain's extinction at wavelengths (nm) over that of the weights.
+        degree: of the polynomial; left out: the least that keeps the tolerance.
     """
     nodes = wavelength_bins(step_nm).wavelength_nm
     fine = wavelength_bins(min(_FINE_NM, step_nm))
@@ -120,7 +126,8 @@ def light_columns(
     middle = weights * np.exp(-tau * column.middle)[:, None]
     total = float(middle[:, 1].sum())
     grey = float(middle[:, 1] @ tau / total) if total > 0.0 else 0.0
-    degree = _degree(middle, tau - grey, column, tolerance) if column.reach > 0.0 else 0
+    if degree is None:
+        degree = _degree(middle, tau - grey, column, tolerance) if column.reach > 0.0 else 0
     offsets = column.nodes(degree + 2) if degree else np.zeros(1)
     outcomes = [middle * np.exp(-(tau - grey) * x)[:, None] for x in offsets]
     if rain_ratio is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.context import GlContext
@@ -11,7 +11,7 @@ from rtbow.fast_settings import settings_for
 from rtbow.fast_sun import FastSun
 from rtbow.fast_volume import kind_of
 from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes, volume_texture
-from rtbow.parts import scene_parts
+from rtbow.parts import moved_parts, scene_parts
 from rtbow.scene import Scene
 
 
@@ -32,19 +32,50 @@ class FastPass:
 
     def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
         self._gl, self._scene = gl, scene
-        parts = scene_parts(scene, tables=False)
-        settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
-        check_sizes(gl, scene.camera.size_px, parts.volume.shape)
+        self._parts = scene_parts(scene, tables=False)
         self._target: FrameTarget | None = None
-        drops = None if parts.volume.uniform else volume_texture(gl, parts.moments())
-        self._lights: list[FastSun | FastLamp] = [
-            FastSun(gl, scene, parts, number, settings, drops, progress)
+        check_sizes(gl, scene.camera.size_px, self._parts.volume.shape)
+        even = self._parts.volume.uniform
+        self._drops = None if even else volume_texture(gl, self._parts.moments())
+        self._roaming = False
+        self._lights = self._make_lights(progress)
+
+    def _make_lights(self, progress: Progress) -> list[FastSun | FastLamp]:
+        scene, parts = self._scene, self._parts
+        settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
+        suns = [
+            FastSun(
+                self._gl, scene, parts, number, settings, self._drops, progress,
+                roaming=self._roaming,
+            )
             for number in range(len(parts.optics.suns))
-        ]
-        self._lights += [
-            FastLamp(gl, scene, parts, number, settings, drops, progress)
+        ]  # fmt: skip
+        lamps = [
+            FastLamp(
+                self._gl, scene, parts, number, settings, self._drops, progress,
+                roaming=self._roaming,
+            )
             for number in range(len(parts.optics.lamps))
-        ]
+        ]  # fmt: skip
+        return [*suns, *lamps]
+
+    def move(self, scene: Scene) -> bool:
+        """Take over another scene, if it differs only in where camera and lights are.
+
+        The first move makes tables that serve other places, too; from then on moves are quick.
+
+        Returns:
+            Whether it does; if not, nothing has changed.
+        """
+        if not same_but_places(self._scene, scene):
+            return False
+        self._parts, self._scene = moved_parts(self._parts, scene), scene
+        # All of them, whether or not one before could not.
+        moved = [light.move(scene, self._parts) for light in self._lights]
+        if not self._roaming or not all(moved):
+            self._roaming = True
+            self._lights = self._make_lights(no_progress)
+        return True
 
     @property
     def texture_bytes(self) -> int:
@@ -80,3 +111,18 @@ class FastPass:
             Linear Rec. 709 in cd/m², float32 (h, columns, 3), first row on top.
         """
         return self.draw(progress, columns).read(columns)
+
+
+def same_but_places(one: Scene, other: Scene) -> bool:
+    """Whether two scenes differ at most in where their cameras and lights are."""
+    return _without_places(one) == _without_places(other)
+
+
+def _without_places(scene: Scene) -> dict[str, Any]:
+    values = scene.model_dump()
+    for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg"):
+        values["camera"].pop(name)
+    for light in values["light"]:
+        for name in ("position_m", "azimuth_deg", "altitude_deg"):
+            light.pop(name, None)
+    return values

@@ -15,6 +15,7 @@ from rtbow.colour_bake import Drops, outcomes
 from rtbow.colour_table import (
     NO_AIR,
     ColourTable,
+    Column,
     chords,
     colour_table,
     folded_chord,
@@ -36,7 +37,7 @@ from rtbow.fast_scene import (
 )
 from rtbow.fast_settings import FastSettings, node_step_nm
 from rtbow.fast_volume import filled_box, lamp_column
-from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up
+from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
 from rtbow.lights import NEAREST_M
 from rtbow.parts import Parts
@@ -70,23 +71,27 @@ class FastLamp:
         settings: how coarse.
         drops_texture: the volume's moments, shared by all lights; None for an even volume.
         building: wraps the loop over parts of an exact table that has to be built first.
+        roaming: make tables that serve other places of camera and lamp, too.
     """
 
     def __init__(
         self, gl: GlContext, scene: Scene, parts: Parts, number: int, settings: FastSettings,
-        drops_texture: moderngl.Texture3D | None, building: Progress,
+        drops_texture: moderngl.Texture3D | None, building: Progress, *, roaming: bool = False,
     ) -> None:  # fmt: skip
-        self._gl = gl
+        self._gl, self._number, self._settings = gl, number, settings
+        self._scene, self._parts = scene, parts
         lamp, volume, air = parts.optics.lamps[number], parts.volume, parts.optics.has_air
-        eye = np.array(scene.camera.position_m)
-        box = filled_box(volume)
-        radii = radius_rows(volume, settings)
-        column = lamp_column(lamp, box, eye) if air else NO_AIR
-        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
+        self._box = filled_box(volume)
+        self._radii = radius_rows(volume, settings)
+        self._column = self._reach(parts)
+        if roaming and air:
+            self._column = Column(0.0, 2.0 * self._column.high)
+        drops = Drops(scene.scattering, np.exp(self._radii.fine), volume.sizes)
         light = light_columns(
-            lamp.spectrum, node_step_nm(settings, blurred=not drops.on_device), column, settings.colour,
-            rain_colour(parts, settings),
+            lamp.spectrum, node_step_nm(settings, blurred=not drops.on_device), self._column,
+            settings.colour, rain_colour(parts, settings),
         )  # fmt: skip
+        self._grey = light.grey
         x = 2.0 * np.pi * volume.size_range_um[1] * 1e-6 / 380e-9
         fringe = 1.4 / x ** (2.0 / 3.0)
         most = min(gl.limits.texture_2d, 16_384)
@@ -95,7 +100,8 @@ class FastLamp:
             gl, drops, light, unfolded(chord), 0.0,
             components=scene.camera.polarizer_deg is not None, progress=building,
         )  # fmt: skip
-        self.table = colour_table(floats(found), light, chord, hat_fit(radii.fine, radii.rows))
+        fit = hat_fit(self._radii.fine, self._radii.rows)
+        self.table = colour_table(floats(found), light, chord, fit)
         even = volume.uniform and parts.rain is None
         self._block = 0 if even else settings.block
         defines: dict[str, Define] = {
@@ -111,41 +117,73 @@ class FastLamp:
             "PARTS": True,
             "HAT_GROUPS": 0,
         }
-        colours = self.table.values[: self.table.rows * self.table.components]
-        running = running_colours(floats(colours), unfolded(chord))
-        first = _LEAST_BLUR * fringe
-        if lamp.radius_m > 0.0 and self.table.rows == 1:
-            ratios = np.geomspace(first, _MOST_RATIO, _DISC_ROWS - 1)
-            running = over_discs(self.table, chord, ratios, fringe)
         self._compose = GlProgram(gl, "fast_lamp.frag", defines)
         self._marching = [self._compose]
         if self._block:
             self._node = GlProgram(gl, "fast_lamp_node.frag", defines)
             self._flags = GlProgram(gl, "fast_flags.frag", {**defines, "SEVERAL_RADII": False})
             self._marching.append(self._node)
-            self._make_nodes(scene)
-            bend = settings.bend
-            self._flags.set("tolerance", (1e30, bend, bend, bend))
-        rates = march_rates(parts, settings)
-        many = scene.render.steps or int(np.ceil(settings.lamp_scale * lamp_steps(rates, volume)))
+            self._make_nodes()
+        self._bind(chord, fringe, drops_texture)
+        self._place()
+
+    def move(self, scene: Scene, parts: Parts) -> bool:
+        """Take over a scene that differs in where camera and lamp are.
+
+        Returns:
+            Whether that could be done; if not, nothing has changed.
+        """
+        if self._reach(parts).high > self._column.high:
+            return False
+        moved = parts.optics.lamps[self._number].position_m
+        if np.any(moved != self._parts.optics.lamps[self._number].position_m):
+            for program in self._marching:
+                bind_rain(program, parts.optics.lamps[self._number], parts)
+        self._scene, self._parts = scene, parts
+        self._place()
+        return True
+
+    def _reach(self, parts: Parts) -> Column:
+        if not parts.optics.has_air:
+            return NO_AIR
+        return lamp_column(parts.optics.lamps[self._number], self._box, parts.eye_m)
+
+    def _bind(self, chord: Array, fringe: float, drops_texture: moderngl.Texture3D | None) -> None:
+        """Upload what stays, wherever camera and lamp are."""
+        lamp, table = self._parts.optics.lamps[self._number], self.table
+        colours = table.values[: table.rows * table.components]
+        running = running_colours(floats(colours), unfolded(chord))
+        first = _LEAST_BLUR * fringe
+        if lamp.radius_m > 0.0 and table.rows == 1:
+            ratios = np.geomspace(first, _MOST_RATIO, _DISC_ROWS - 1)
+            running = over_discs(table, chord, ratios, fringe)
+        textures = row_texture(self._gl, table.values), row_texture(self._gl, running)
+        per_fold = (_DISC_ROWS - 2) / float(np.log(_MOST_RATIO / first))
         for program in self._marching:
-            set_scene(program, scene, parts, box)
-            set_march(program, scene, rates, radii, light.grey)
-            program.texture("colours", self.table.values)
-            program.texture("runningColours", running)
-            program.set("lampSphere", (*(lamp.position_m - eye), lamp.radius_m))
-            program.set("chordAxis", (self.table.first, self.table.per_chord))
-            program.set("middleAir", column.middle)
-            per_fold = (_DISC_ROWS - 2) / float(np.log(_MOST_RATIO / first))
+            program.bind("colours", textures[0])
+            program.bind("runningColours", textures[1])
             program.set("discRows", (float(np.log(first)), per_fold))
-            program.set("fewSteps", settings.few_steps)
-            program.set("manySteps", many)
+            program.set("chordAxis", (table.first, table.per_chord))
             if drops_texture is not None:
                 program.bind("dropletMoments", drops_texture)
-            bind_rain(program, lamp, parts)
+            bind_rain(program, lamp, self._parts)
 
-    def _make_nodes(self, scene: Scene) -> None:
-        blocks = blocks_of(scene.camera.size_px, self._block)
+    def _place(self) -> None:
+        """Set all that depends on where camera and lamp are."""
+        scene, parts, settings = self._scene, self._parts, self._settings
+        lamp = parts.optics.lamps[self._number]
+        rates = march_rates(parts, settings)
+        steps = int(np.ceil(settings.lamp_scale * lamp_steps(rates, parts.volume)))
+        for program in self._marching:
+            set_scene(program, scene, parts, self._box)
+            set_march(program, scene, rates, self._radii, self._grey)
+            program.set("lampSphere", (*(lamp.position_m - parts.eye_m), lamp.radius_m))
+            program.set("middleAir", self._column.middle)
+            program.set("fewSteps", settings.few_steps)
+            program.set("manySteps", scene.render.steps or steps)
+
+    def _make_nodes(self) -> None:
+        blocks = blocks_of(self._scene.camera.size_px, self._block)
         ctx = self._gl.ctx
         nodes = ctx.texture((blocks[0] + 1, blocks[1] + 1), 4, dtype="f4")
         nodes.repeat_x = nodes.repeat_y = False
@@ -155,6 +193,8 @@ class FastLamp:
         self._compose.bind("flags", flags)
         self._node_frame = ctx.framebuffer([nodes])
         self._flag_frame = ctx.framebuffer([flags])
+        bend = self._settings.bend
+        self._flags.set("tolerance", (1e30, bend, bend, bend))
 
     @property
     def textures(self) -> list[Texture]:

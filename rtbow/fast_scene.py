@@ -104,7 +104,7 @@ def scene_defines(scene: Scene, parts: Parts, table: ColourTable) -> dict[str, D
 def set_scene(program: GlProgram, scene: Scene, parts: Parts, box_m: Array) -> None:
     """Set the uniforms that all programs of method ``fast`` share."""
     camera, volume = scene.camera, parts.volume
-    eye = np.array(camera.position_m)
+    eye = parts.eye_m
     program.set("frameSize", tuple(float(n) for n in camera.size_px))
     program.set("cameraBasis", tuple(camera_basis(camera).ravel()))
     program.set("eyeHeight", float(eye[2]))

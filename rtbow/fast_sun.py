@@ -9,17 +9,18 @@ themselves.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from rtbow import atmosphere
-from rtbow.arrays import Array, Progress, floats
+from rtbow.arrays import Array, Progress, floats, no_progress
 from rtbow.colour_bake import Drops, outcomes
 from rtbow.colour_table import (
     NO_AIR,
+    ColourTable,
+    Column,
     chords,
     colour_table,
     hat_fit,
@@ -40,7 +41,7 @@ from rtbow.fast_scene import (
 )
 from rtbow.fast_settings import FastSettings, node_step_nm
 from rtbow.fast_volume import SunColumns, filled_box, is_near, sun_columns
-from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up
+from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
 from rtbow.lights import Sun
 from rtbow.parts import Parts, cone_range
@@ -50,6 +51,11 @@ _DIRECT_SAMPLES = 4
 """Midpoint samples of the air along a ray through an even volume."""
 
 
+_WINDOW = 0.75
+"""Steps of air column that tables for moving suns begin and end at."""
+_ROAMING_DEGREE = 2
+_TABLES = 6
+"""Tables that are kept for suns that move to and fro."""
 _GROUPS = 7
 """Groups of four rows of radius that a pass over the nodes keeps: draw buffers, less the path's."""
 
@@ -63,97 +69,169 @@ class _Nodes:
     flags: moderngl.Framebuffer
 
 
+@dataclass(frozen=True)
+class _Colours:
+    """A table for some range of columns, on the device."""
+
+    table: ColourTable
+    texture: moderngl.Texture
+    grey: float
+
+
 class FastSun:
     """One sun's programs and textures.
 
     Args:
-        gl: the context; it must be current here and in :meth:`draw`.
+        gl: the context; it must be current here and in every method.
         scene: the scene.
         parts: its parts.
         number: which of its suns.
         settings: how coarse.
         drops_texture: the volume's moments, shared by all lights; None for an even volume.
         building: wraps the loop over parts of an exact table that has to be built first.
+        roaming: make tables that serve other cameras and altitudes of the sun, too.
     """
 
     def __init__(
         self, gl: GlContext, scene: Scene, parts: Parts, number: int, settings: FastSettings,
-        drops_texture: moderngl.Texture3D | None, building: Progress,
+        drops_texture: moderngl.Texture3D | None, building: Progress, *, roaming: bool = False,
     ) -> None:  # fmt: skip
         self._gl, self._scene, self._parts, self._settings = gl, scene, parts, settings
-        sun, volume, optics = parts.optics.suns[number], parts.volume, parts.optics
-        eye = np.array(scene.camera.position_m)
+        self._roaming, self._number = roaming, number
+        volume, optics = parts.volume, parts.optics
         self._box = filled_box(volume)
-        radii = radius_rows(volume, settings)
-        columns = sun_columns(sun, self._box, eye)
-        drops = Drops(scene.scattering, np.exp(radii.fine), volume.sizes)
-        light = light_columns(
-            sun.spectrum, node_step_nm(settings, blurred=not drops.on_device),
-            columns.column if optics.has_air else NO_AIR, settings.colour,
-            rain_colour(parts, settings),
-        )  # fmt: skip
-        chord = self._chords(sun)
-        components = scene.camera.polarizer_deg is not None
-        found = outcomes(
-            gl, drops, light, unfolded(chord), sun.disc_rad,
-            components=components, progress=building,
-        )  # fmt: skip
-        self.table = colour_table(floats(found), light, chord, hat_fit(radii.fine, radii.rows))
+        self._radii = radius_rows(volume, settings)
+        self._tables: dict[Column, _Colours] = {}
+        columns = self._columns(parts)
+        colours = self._colours_for(columns.column, building)
+        self.table = colours.table
         even = volume.uniform and parts.rain is None
         self._block = 0 if even else settings.block
         rows = self.table.rows
         self._groups = min(-(-rows // 4), _GROUPS) if rows > 1 and self._block else 0
-        defines: dict[str, Define] = {
+        self._defines: dict[str, Define] = {
             **scene_defines(scene, parts, self.table),
             "SUN": True,
             "NODES": False,
             "PARTS": False,
-            "NEAR_AIR": optics.has_air and is_near(self._box, eye, columns.column, light.grey),
-            "SHADOW": optics.has_air and columns.cubic is None,
+            **self._air_defines(columns, colours.grey),
             "BLOCK": self._block,
             "DIRECT": (_DIRECT_SAMPLES if optics.has_air else 1) if even else 0,
             "HAT_GROUPS": self._groups,
         }
-        self._compose = GlProgram(gl, "fast_sun.frag", defines)
-        self._compose.texture("colours", self.table.values)
-        marching = [self._compose]
+        self._compose = GlProgram(gl, "fast_sun.frag", self._defines)
+        self._marching = [self._compose]
         self._nodes: _Nodes | None = None
         if self._block:
-            self._path = GlProgram(gl, "fast_path.frag", {**defines, "NODES": True})
-            self._flags = GlProgram(gl, "fast_flags.frag", defines)
-            marching.append(self._path)
-            self._nodes = self._make_nodes(defines)
-        rates = march_rates(parts, settings)
-        for program in marching:
-            set_scene(program, scene, parts, self._box)
-            set_march(program, scene, rates, radii, light.grey)
-            self._set(program, sun, columns)
+            self._path = GlProgram(gl, "fast_path.frag", {**self._defines, "NODES": True})
+            self._flags = GlProgram(gl, "fast_flags.frag", self._defines)
+            self._marching.append(self._path)
+            self._nodes = self._make_nodes()
+        for program in self._marching:
             if drops_texture is not None:
                 program.bind("dropletMoments", drops_texture)
-            bind_rain(program, sun, parts)
-            if defines["SHADOW"]:
+            if self._defines["SHADOW"]:
                 program.texture("columnTable", atmosphere.column_table().log_column)
+            bind_rain(program, optics.suns[number], parts)
+        self._place(columns, colours)
+
+    def move(self, scene: Scene, parts: Parts) -> bool:
+        """Take over a scene that differs in where camera and sun are.
+
+        Returns:
+            Whether that could be done; if not, nothing has changed.
+        """
+        columns = self._columns(parts)
+        colours = self._colours_for(columns.column, no_progress)
+        kept = {name: self._defines[name] for name in ("NEAR_AIR", "SHADOW")}
+        if self._air_defines(columns, colours.grey) != kept:
+            return False
+        turned = parts.optics.suns[self._number].direction
+        if np.any(turned != self._parts.optics.suns[self._number].direction):
+            for program in self._marching:
+                bind_rain(program, parts.optics.suns[self._number], parts)
+        self._scene, self._parts = scene, parts
+        self._place(columns, colours)
+        return True
+
+    def _columns(self, parts: Parts) -> SunColumns:
+        """Columns of the scene, in a range that its tables cover."""
+        if not parts.optics.has_air:
+            return SunColumns(NO_AIR, np.zeros(4))
+        eye = np.array(parts.eye_m)
+        found = sun_columns(parts.optics.suns[self._number], self._box, eye)
+        if not self._roaming:
+            return found
+        return SunColumns(found.column.window(_WINDOW), found.cubic)
+
+    def _air_defines(self, columns: SunColumns, grey: float) -> dict[str, Define]:
+        air = self._parts.optics.has_air
+        return {
+            "NEAR_AIR": air and is_near(self._box, self._parts.eye_m, columns.column, grey),
+            "SHADOW": air and columns.cubic is None,
+        }
+
+    def _colours_for(self, column: Column, building: Progress) -> _Colours:
+        """Give the table for a range of columns, made if it is none of the last few."""
+        if column not in self._tables:
+            sun, settings = self._parts.optics.suns[self._number], self._settings
+            drops = Drops(
+                self._scene.scattering, np.exp(self._radii.fine), self._parts.volume.sizes
+            )
+            light = light_columns(
+                sun.spectrum, node_step_nm(settings, blurred=not drops.on_device), column,
+                settings.colour, rain_colour(self._parts, settings),
+                _ROAMING_DEGREE if self._roaming and column != NO_AIR else None,
+            )  # fmt: skip
+            chord = self._chords(sun)
+            found = outcomes(
+                self._gl, drops, light, unfolded(chord), sun.disc_rad,
+                components=self._scene.camera.polarizer_deg is not None, progress=building,
+            )  # fmt: skip
+            fit = hat_fit(self._radii.fine, self._radii.rows)
+            table = colour_table(floats(found), light, chord, fit)
+            texture = row_texture(self._gl, table.values)
+            self._tables[column] = _Colours(table, texture, light.grey)
+            if len(self._tables) > _TABLES:
+                self._tables.pop(next(iter(self._tables)))
+        return self._tables[column]
+
+    def _place(self, columns: SunColumns, colours: _Colours) -> None:
+        """Set all that depends on where camera and sun are."""
+        sun = self._parts.optics.suns[self._number]
+        rates = march_rates(self._parts, self._settings)
+        self.table = colours.table
+        for program in self._marching:
+            program.bind("colours", colours.texture)
+            set_scene(program, self._scene, self._parts, self._box)
+            set_march(program, self._scene, rates, self._radii, colours.grey)
+            program.set("sunDirection", tuple(sun.direction))
+            middle = columns.column.middle
+            if columns.cubic is not None:
+                program.set("sunCubic", (columns.cubic[0] - middle, *columns.cubic[1:]))
+            program.set("sunShadow", (sun.altitude_rad, middle))
+            program.set("chordAxis", (self.table.first, self.table.per_chord))
 
     def _chords(self, sun: Sun) -> Array:
         """Choose the table's angles: those in the picture, finely enough for its drops and disc."""
-        low, high = cone_range(self._scene.camera, sun)
+        low, high = (0.0, np.pi) if self._roaming else cone_range(self._scene.camera, sun)
         x = 2.0 * np.pi * self._parts.volume.size_range_um[1] * 1e-6 / 380e-9
         # The main bow's width on drops of this size at the violet end, and the disc.
         fringe = 0.12 / x ** (2.0 / 3.0)
         step = np.hypot(sun.disc_rad / self._settings.texels_per_disc, fringe)
         return chords(low, high, float(step), min(self._gl.limits.texture_2d, 16_384))
 
-    def _make_nodes(self, defines: Mapping[str, Define]) -> _Nodes:
+    def _make_nodes(self) -> _Nodes:
         blocks = blocks_of(self._scene.camera.size_px, self._block)
         size = blocks[0] + 1, blocks[1] + 1
         ctx = self._gl.ctx
-        air, rain = bool(defines["AIR"]), self.table.rain
+        air, rain = self._parts.optics.has_air, self.table.rain
         nodes = ctx.texture(size, 4 if rain else (2 if air else 1), dtype="f4")
         flags = flag_target(self._gl, blocks)
         weights = [ctx.texture(size, 4, dtype="f4") for _ in range(self._groups)]
         hats = None
         if self._groups:
-            self._hats = GlProgram(self._gl, "fast_hats.frag", defines)
+            self._hats = GlProgram(self._gl, "fast_hats.frag", self._defines)
             for g, one in enumerate(weights):
                 self._hats.bind(f"hats{g}", one)
             atlas = ctx.texture((size[0], size[1] * self._groups), 4, dtype="f4")
@@ -169,13 +247,6 @@ class FastSun:
         self._flags.set("tolerance", (bend, 4.0 * bend, 10.0 * bend, 1e30))
         self._flags.set("leastShare", 1e-4)
         return _Nodes(ctx.framebuffer([nodes, *weights]), hats, ctx.framebuffer([flags]))
-
-    def _set(self, program: GlProgram, sun: Sun, columns: SunColumns) -> None:
-        program.set("sunDirection", tuple(sun.direction))
-        if columns.cubic is not None:
-            program.set("sunCubic", tuple(columns.cubic))
-        program.set("sunShadow", (sun.altitude_rad, columns.column.middle))
-        program.set("chordAxis", (self.table.first, self.table.per_chord))
 
     @property
     def textures(self) -> list[Texture]:

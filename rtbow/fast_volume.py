@@ -73,8 +73,8 @@ class SunColumns:
 
     Attributes:
         column: range over all drops.
-        cubic: column towards the sun, less the middle, as a cubic in the height (4,), constant
-            first; None where no cubic follows it, for a sun at the horizon.
+        cubic: column towards the sun as a cubic in the height (4,), constant first; None where no
+            cubic follows it, for a sun at the horizon.
     """
 
     column: Column
@@ -85,14 +85,13 @@ _CUBIC_ERROR = 2e-3
 """Of the column, absolute: 1e-3 of the light at 380 nm."""
 
 
-def sun_columns(sun: Sun, box_m: Array, eye_m: Array, margin: float = 0.0) -> SunColumns:
+def sun_columns(sun: Sun, box_m: Array, eye_m: Array) -> SunColumns:
     """Give the columns of light from a sun to the eye by way of the drops in a box.
 
     Args:
         sun: the sun.
         box_m: where the drops are (2, 3).
         eye_m: the eye (3,).
-        margin: share by which the range is widened, for suns that move.
     """
     heights = np.linspace(max(box_m[0, 2], 0.0), max(box_m[1, 2], 1.0), 33)
     towards = atmosphere.sun_column(heights, sun.altitude_rad)
@@ -101,7 +100,7 @@ def sun_columns(sun: Sun, box_m: Array, eye_m: Array, margin: float = 0.0) -> Su
         return SunColumns(Column(_DARK_COLUMN - 1.0, _DARK_COLUMN), None)
     high = min(float(seen.max()) + eye_column(box_m, eye_m), _DARK_COLUMN)
     low = float(seen.min())
-    column = Column(low / (1.0 + margin), high * (1.0 + margin))
+    column = Column(low, high)
     if len(seen) < len(towards):
         return SunColumns(column, None)
     cubic = np.polynomial.polynomial.Polynomial.fit(heights, towards, 3)
@@ -109,7 +108,7 @@ def sun_columns(sun: Sun, box_m: Array, eye_m: Array, margin: float = 0.0) -> Su
         return SunColumns(column, None)
     power = np.zeros(4)
     power[: len(cubic.convert().coef)] = cubic.convert().coef
-    return SunColumns(column, power - np.array([column.middle, 0.0, 0.0, 0.0]))
+    return SunColumns(column, power)
 
 
 _NEAR_RISE = 0.6

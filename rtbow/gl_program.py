@@ -60,10 +60,7 @@ class GlProgram:
 
     def texture(self, name: str, data: NDArray[Any], *, linear: bool = True) -> None:
         """Upload rows of texels, (rows, columns, channels) or (rows, columns)."""
-        rows, columns = data.shape[:2]
-        channels = data.shape[2] if data.ndim == 3 else 1
-        size = (columns, rows)
-        self._textures[name] = _upload(self._gl.ctx.texture, size, channels, data, linear)
+        self._textures[name] = row_texture(self._gl, data, linear=linear)
 
     def volume(self, name: str, data: NDArray[Any]) -> None:
         """Upload a volume of texels, (depth, rows, columns, channels)."""
@@ -84,6 +81,14 @@ class GlProgram:
     def draw(self) -> None:
         """Draw over the bound framebuffer."""
         self._triangle.render(moderngl.TRIANGLES, vertices=3)
+
+
+def row_texture(gl: GlContext, data: NDArray[Any], *, linear: bool = True) -> moderngl.Texture:
+    """Upload rows of texels, (rows, columns, channels) or (rows, columns), for several programs."""
+    rows, columns = data.shape[:2]
+    channels = data.shape[2] if data.ndim == 3 else 1
+    texture: moderngl.Texture = _upload(gl.ctx.texture, (columns, rows), channels, data, linear)
+    return texture
 
 
 def volume_texture(gl: GlContext, data: NDArray[Any]) -> moderngl.Texture3D:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtbow.arrays import Float32, Progress, no_progress
+from rtbow.arrays import Array, Float32, Progress, no_progress
 from rtbow.camera import camera_basis
 from rtbow.lights import Sun
 from rtbow.optics import Optics, scene_optics, table_sections
@@ -28,12 +28,14 @@ class Parts:
         volume: the drops.
         sections: cross-sections to be laid out in a table, or None for Airy's bows in place.
         rain: the drops' own extinction, or None.
+        eye_m: where the camera is (3,).
     """
 
     optics: Optics
     volume: DropletVolume
     sections: Sections | None
     rain: RainExtinction | None
+    eye_m: Array
 
     def moments(self) -> Float32:
         """Give what the shader interpolates at grid points: density, density times radius and,
@@ -63,7 +65,17 @@ def scene_parts(scene: Scene, progress: Progress = no_progress, *, tables: bool 
         volume,
         table_sections(scene, optics, volume, progress) if tables else None,
         _rain(scene, optics, volume) if scene.droplets.extinction else None,
+        np.array(scene.camera.position_m),
     )
+
+
+def moved_parts(parts: Parts, scene: Scene) -> Parts:
+    """Give the parts of a scene that differs from theirs in where camera and lights are.
+
+    Raises:
+        InputError: a spectrum is not usable.
+    """
+    return replace(parts, optics=scene_optics(scene), eye_m=np.array(scene.camera.position_m))
 
 
 def _rain(scene: Scene, optics: Optics, volume: DropletVolume) -> RainExtinction:

@@ -125,6 +125,22 @@ class Renderer:
             for one, (_, columns) in zip(passes, self.scene.parts(), strict=True):
                 one.draw(no_progress, columns)
 
+    def show(self, scene: Scene) -> None:
+        """Take over another scene from the next frame on; what is alike is kept.
+
+        Where only camera and lights have moved, method ``fast`` keeps its tables and programs.
+        """
+        parts = scene.parts()
+        kept: dict[Method, list[SpectralPass | FastPass]] = {}
+        if self._context is not None:
+            with self._context.current():
+                for method, passes in self._passes.items():
+                    if len(parts) == len(passes) and all(
+                        one.move(part) for one, (part, _) in zip(passes, parts, strict=True)
+                    ):
+                        kept[method] = passes
+        self._passes, self.scene = kept, scene
+
     @property
     def texture_bytes(self) -> int:
         """Memory of the textures of all methods used so far."""

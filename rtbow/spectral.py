@@ -223,6 +223,10 @@ class SpectralPass:
         self._program.set_array("sunDirection", directions)
         self._program.set_array("sunShape", shapes)
 
+    def move(self, scene: Scene) -> bool:
+        """Take over another scene, if it is the same one."""
+        return scene == self._scene
+
     @property
     def texture_bytes(self) -> int:
         """Memory of the textures."""
