@@ -10,7 +10,7 @@ import numpy as np
 from rtbow.airy import RADIUS_POWER, bows
 from rtbow.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.cache import keep_arrays, kept_arrays, source_digest
-from rtbow.colour_table import LightColumns
+from rtbow.colour_table import LightBasis
 from rtbow.constants import MIN_RADIUS_UM
 from rtbow.context import GlContext
 from rtbow.gl_program import GlProgram
@@ -48,14 +48,14 @@ class Drops:
 def outcomes(
     gl: GlContext,
     drops: Drops,
-    light: LightColumns,
+    light: LightBasis,
     theta: Array,
     disc_rad: float,
     *,
     components: bool,
     progress: Progress = no_progress,
 ) -> Float32:
-    """Sum what drops send back, for each column of a light.
+    """Sum what drops send back, for each spectrum of a light's basis.
 
     Args:
         gl: the context; it must be current.
@@ -67,7 +67,7 @@ def outcomes(
         progress: wraps the loop over parts of an exact table that has to be built first.
 
     Returns:
-        X, Y, Z per drop, float32 (outcomes, components, R, N, 3). Of several rows each is divided
+        X, Y, Z per drop, float32 (B, components, R, N, 3). Of several rows each is divided
         by (radius / geometric mean of the first and the last)^(7/3).
     """
     if drops.on_device:
@@ -96,7 +96,7 @@ def middle_radius(radius_m: Array) -> float:
 
 
 def _from_sections(
-    drops: Drops, light: LightColumns, theta: Array, disc_rad: float, *,
+    drops: Drops, light: LightBasis, theta: Array, disc_rad: float, *,
     components: bool, progress: Progress,
 ) -> Float32:  # fmt: skip
     # Imported here, with the compiler of what is summed on the CPU.
@@ -128,7 +128,7 @@ def _scale(radii: Array, some: Array) -> Array:
 
 
 def _bake(
-    gl: GlContext, drops: Drops, light: LightColumns, theta: Array, disc_rad: float, *,
+    gl: GlContext, drops: Drops, light: LightBasis, theta: Array, disc_rad: float, *,
     components: bool,
 ) -> Float32:  # fmt: skip
     nm = light.wavelength_nm

@@ -22,12 +22,14 @@ from rtbow.atmosphere import rayleigh_depth
 from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
 
 MOST_OUTCOMES = 8
-"""Columns and depths that a table is made from: draw buffers that every OpenGL 3.3 has."""
+"""Spectra that a table is made from: draw buffers that every OpenGL 3.3 has."""
 MOST_DEGREE = 5
 _RIGHT_CHORD = float(np.sqrt(2.0))
 _RAIN_DEPTH = 1.0
 """Depth of rain at which its colour is taken."""
 _FINE_NM = 1.0
+_BASIS_ERROR = 1e-5
+"""Part of the first function's size below which a basis leaves functions out."""
 
 
 def folded_chord(theta: Array) -> Array:
@@ -73,89 +75,124 @@ class Column:
         return floats(-np.cos((np.arange(count) + 0.5) * np.pi / count) * self.reach)
 
     def window(self, step: float) -> Column:
-        """Give a range about it whose ends are multiples of a step, so that it serves others too."""
-        return Column(max(np.floor(self.low / step) * step, 0.0), np.ceil(self.high / step) * step)
+        """Give a wider range that serves other places, too: its middle is a multiple of a step."""
+        middle = max(round(self.middle / step) * step, 0.5 * step)
+        reach = step * (np.ceil(self.reach / step) + 0.5)
+        return Column(max(middle - reach, 0.0), middle + reach)
 
 
 NO_AIR = Column(0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class LightColumns:
-    """A light's spectrum behind some columns of air, for cross-sections at some wavelengths.
+class LightBasis:
+    """A light's spectrum behind any column of air within a range, as a sum of a few spectra.
+
+    exp(-tau column) over the visible is, for all columns together, a sum of a few functions of the
+    wavelength. What drops make of each of these is computed once; a column's colours are then a sum
+    with a few coefficients.
 
     Attributes:
-        wavelength_nm: (W,).
-        offsets: columns relative to the middle (K,).
-        grey: depth per column that the weights along a ray carry; the outcomes lack it.
-        weights: (outcomes, W, 3): to X, Y, Z. K columns, and the rain's outcome if there is one.
-        degree: of the polynomial in the column.
-        rain: whether the last outcome is the rain's.
+        wavelength_nm: of cross-sections (W,).
+        weights: to X, Y, Z (B, W, 3), and one more where rain has a colour: the light behind the
+            range's middle and the rain.
+        column: the range.
+        tau: vertical depth of the air at fine wavelengths (F,).
+        functions: of the basis, orthonormal in the light's weight (B, F).
+        measure: that weight (F,).
+        luminance: of the light at fine wavelengths (F,).
+        rain: whether the last weights are the rain's.
     """
 
     wavelength_nm: Array
-    offsets: Array
-    grey: float
     weights: Array
-    degree: int
+    column: Column
+    tau: Array
+    functions: Array
+    measure: Array
+    luminance: Array
     rain: bool
 
+    def coefficients(self, columns: Array) -> Array:
+        """Give the coefficients (K, B) of columns (K,)."""
+        left = np.exp(-np.outer(columns, self.tau))
+        return floats((left * self.measure) @ self.functions.T)
 
-def light_columns(
+    def grey(self, column: float) -> float:
+        """Give the mean depth per column of what is left of the light behind a column."""
+        left = self.luminance * np.exp(-self.tau * column)
+        return float(left @ self.tau / max(float(left.sum()), 1e-300))
+
+
+def light_basis(
     spectrum: Spectrum,
     step_nm: float,
     column: Column,
-    tolerance: float,
     rain_ratio: Callable[[Array], Array] | None = None,
-    degree: int | None = None,
-) -> LightColumns:
-    """Choose columns and the degree that follows them, and weigh the spectrum.
+) -> LightBasis:
+    """Choose a basis and weigh the spectrum with it.
 
     Args:
         spectrum: of the light, before the air.
         step_nm: between the wavelengths of cross-sections.
-        column: the columns in the scene; ``NO_AIR`` without.
-        tolerance: relative error allowed to the fit.
+        column: the columns that will be asked for; ``NO_AIR`` without air.
         rain_ratio: gives the rain's extinction at wavelengths (nm) over that of the weights.
-        degree: of the polynomial; left out: the least that keeps the tolerance.
     """
     nodes = wavelength_bins(step_nm).wavelength_nm
     fine = wavelength_bins(min(_FINE_NM, step_nm))
     weights = colour_weights(spectrum, fine)  # (F, 3)
-    tau = rayleigh_depth(fine.wavelength_nm)
-    middle = weights * np.exp(-tau * column.middle)[:, None]
-    total = float(middle[:, 1].sum())
-    grey = float(middle[:, 1] @ tau / total) if total > 0.0 else 0.0
-    if degree is None:
-        degree = _degree(middle, tau - grey, column, tolerance) if column.reach > 0.0 else 0
-    offsets = column.nodes(degree + 2) if degree else np.zeros(1)
-    outcomes = [middle * np.exp(-(tau - grey) * x)[:, None] for x in offsets]
+    tau = rayleigh_depth(fine.wavelength_nm) if column.high > 0.0 else np.zeros(len(weights))
+    # Each wavelength counts by its greatest share in X, Y or Z, and none is lost altogether.
+    measure = (weights / weights.sum(axis=0)).max(axis=1) + 1e-6
+    measure /= measure.sum()
+    at = np.linspace(column.low, column.high, 129 if column.reach > 0.0 else 1)
+    left = np.exp(-np.outer(at, tau))
+    left /= (left @ measure)[:, None]  # alike in all columns, however little they leave
+    _, sizes, functions = np.linalg.svd(left * np.sqrt(measure), full_matrices=False)
+    count = min(int(np.sum(sizes > _BASIS_ERROR * sizes[0])), MOST_OUTCOMES - 1)
+    functions = functions[:count] / np.sqrt(measure)
+    spectra = [weights * one[:, None] for one in functions]
     if rain_ratio is not None:
         excess = rain_ratio(fine.wavelength_nm) - 1.0
-        outcomes.append(middle * np.exp(-excess * _RAIN_DEPTH)[:, None])
+        behind = np.exp(-tau * column.middle - excess * _RAIN_DEPTH)
+        spectra.append(weights * behind[:, None])
     # Each fine wavelength counts at its two neighbours among the nodes, by its distance.
     hats = np.maximum(1.0 - np.abs(nodes[:, None] - fine.wavelength_nm) / step_nm, 0.0)
-    return LightColumns(
-        nodes, offsets, grey, floats(np.stack([hats @ one for one in outcomes])), degree,
-        rain_ratio is not None,
+    return LightBasis(
+        nodes, floats(np.stack([hats @ one for one in spectra])), column, tau, functions, measure,
+        weights[:, 1], rain_ratio is not None,
     )  # fmt: skip
 
 
-def _degree(weights: Array, tau: Array, column: Column, tolerance: float) -> int:
-    """Least degree that follows the light itself through all columns.
+def column_degree(basis: LightBasis, column: Column, tolerance: float) -> int:
+    """Give the least degree of a polynomial in the column that follows the light itself.
 
     Drops colour the light, which narrows its spectrum and makes the fit better, not worse.
+
+    Args:
+        basis: the light's.
+        column: the range.
+        tolerance: relative error allowed.
     """
+    if column.reach <= 0.0:
+        return 0
     at = np.linspace(-column.reach, column.reach, 65)
-    left = np.exp(-np.outer(at, tau)) @ weights  # (65, 3)
-    logarithm = np.log(np.maximum(left, 1e-300))
+    logarithm = _source_logarithm(basis, column, at)
     for degree in range(1, MOST_DEGREE):
         nodes = column.nodes(degree + 2)
-        sample = np.log(np.maximum(np.exp(-np.outer(nodes, tau)) @ weights, 1e-300))
+        sample = _source_logarithm(basis, column, nodes)
         fitted = np.stack([_line(nodes, sample[:, c], degree, at) for c in range(3)], axis=1)
         if np.abs(np.expm1(fitted - logarithm)).max() < tolerance:
             return degree
     return MOST_DEGREE
+
+
+def _source_logarithm(basis: LightBasis, column: Column, offsets: Array) -> Array:
+    """Logarithms (K, 3) of the light's own X, Y, Z behind columns, the grey part left out."""
+    coefficients = basis.coefficients(column.middle + offsets)
+    source = coefficients @ basis.weights[: coefficients.shape[1]].sum(axis=1)
+    grey = basis.grey(column.middle) * offsets
+    return floats(np.log(np.maximum(source, 1e-300)) + grey[:, None])
 
 
 def _line(nodes: Array, values: Array, degree: int, at: Array) -> Array:
@@ -220,52 +257,62 @@ def hat_fit(fine: Array, rows: Array) -> Array:
     return floats(np.linalg.pinv(hats))
 
 
-def colour_table(outcomes: Array, light: LightColumns, chord: Array, fit: Array) -> ColourTable:
-    """Turn what drops make of each column's light into a table.
+def colour_table(
+    outcomes: Array, basis: LightBasis, column: Column, degree: int, chord: Array
+) -> ColourTable:
+    """Turn what drops make of a light's basis into a table for a range of columns.
 
     The fall-off with the column is that of the mean over all radii, unpolarised.
 
     Args:
-        outcomes: X, Y, Z (outcomes, components, F, N, 3), of the weights of ``light``.
-        light: whose weights they were made with.
-        chord: folded chords of the columns (N,), even.
-        fit: (R, F), as :func:`hat_fit` gives it.
+        outcomes: X, Y, Z (B, components, R, N, 3), of the weights of ``basis``.
+        basis: whose weights they were made with.
+        column: the range; within the basis's.
+        degree: of the polynomial in the column (:func:`column_degree`).
+        chord: folded chords of the columns of the table (N,), even.
     """
-    columns = len(light.offsets)
-    # At the middle column: exact for polynomials through all columns.
-    powers = np.vander(light.offsets / max(float(np.abs(light.offsets).max()), 1e-12),
-                       increasing=True)  # fmt: skip
-    middle = np.tensordot(np.linalg.inv(powers)[0], outcomes[:columns], axes=1)  # (C, F, N, 3)
-    rows = np.einsum("rf,cfnx->crnx", fit, middle)
-    components, count = rows.shape[0], rows.shape[2]
-    blocks = [rows.reshape(-1, count, 3)]
+    count = len(basis.functions)
+    components, radii, angles = outcomes.shape[1:4]
+    middle = np.tensordot(basis.coefficients(floats([column.middle]))[0], outcomes[:count], axes=1)
+    blocks = [middle.reshape(-1, angles, 3)]
+    mean = outcomes.mean(axis=(1, 2))  # (B, N, 3)
+    own = basis.weights.sum(axis=1)[:, None, :]
     # In the dark, where there is nothing to divide, light falls off as the source itself.
-    source = light.weights.sum(axis=1)[:, None, :]
-    mean = outcomes.mean(axis=(1, 2))  # (outcomes, N, 3)
-    level = 1e-6 * mean[:columns, :, 1].max() / source[:columns, :, 1].max()
-    logarithm = np.log(np.maximum(mean + level * source, 1e-300))
-    at_middle = np.tensordot(np.linalg.inv(powers)[0], logarithm[:columns], axes=1)
+    behind = basis.coefficients(floats([column.middle]))[0]
+    faint = 1e-6 * float((behind @ mean[:count, :, 1]).max() / (behind @ own[:count, :, 1]).max())
+    lit = mean + faint * own
+
+    def logarithm(offsets: Array) -> Array:
+        grey = basis.grey(column.middle) * offsets
+        left = np.tensordot(basis.coefficients(column.middle + offsets), lit[:count], axes=1)
+        return floats(np.log(np.maximum(left, 1e-300)) + grey[:, None, None])
+
+    at_middle = logarithm(np.zeros(1))
     error = 0.0
-    if light.degree:
-        reach = float(np.abs(light.offsets).max())
-        some = powers[:, 1 : light.degree + 1]
-        rise = logarithm[:columns] - at_middle
-        fitted = np.tensordot(np.linalg.pinv(some), rise, axes=1)
-        left = np.abs(np.tensordot(some, fitted, axes=1) - rise)
-        lit = mean[:columns, :, 1] > 1e-3 * mean[:columns, :, 1].max()
-        error = float(left[lit].max()) if lit.any() else 0.0
-        blocks.append(fitted / (reach ** np.arange(1, light.degree + 1))[:, None, None])
-    if light.rain:
-        blocks.append(((logarithm[columns] - at_middle) / _RAIN_DEPTH)[None])
-    values = np.zeros((sum(len(b) for b in blocks), count, 4), dtype=np.float32)
+    if degree:
+        offsets = column.nodes(degree + 2)
+        powers = (offsets[:, None] / column.reach) ** np.arange(1, degree + 1)
+        rise = logarithm(offsets) - at_middle
+        fitted = np.tensordot(np.linalg.pinv(powers), rise, axes=1)
+        luminance = np.exp(at_middle[0, :, 1])
+        bright = luminance > 1e-3 * luminance.max()
+        left = np.abs(np.tensordot(powers, fitted, axes=1) - rise)[:, bright]
+        error = float(left.max()) if left.size else 0.0
+        blocks.append(fitted / (column.reach ** np.arange(1, degree + 1))[:, None, None])
+    if basis.rain:
+        dry = np.log(np.tensordot(
+            basis.coefficients(floats([basis.column.middle])), lit[:count], axes=1
+        ))  # fmt: skip
+        blocks.append((np.log(np.maximum(lit[count:], 1e-300)) - dry) / _RAIN_DEPTH)
+    values = np.zeros((sum(len(b) for b in blocks), angles, 4), dtype=np.float32)
     values[..., :3] = np.concatenate(blocks)
     return ColourTable(
         first=float(chord[0]),
-        per_chord=(count - 1) / float(chord[-1] - chord[0]),
-        rows=rows.shape[1],
+        per_chord=(angles - 1) / float(chord[-1] - chord[0]),
+        rows=radii,
         components=components,
-        degree=light.degree,
-        rain=light.rain,
+        degree=degree,
+        rain=basis.rain,
         values=values,
         fit_error=error,
     )

@@ -18,9 +18,10 @@ from rtbow.colour_table import (
     Column,
     chords,
     colour_table,
+    column_degree,
     folded_chord,
     hat_fit,
-    light_columns,
+    light_basis,
     unfolded,
 )
 from rtbow.context import GlContext
@@ -87,21 +88,23 @@ class FastLamp:
         if roaming and air:
             self._column = Column(0.0, 2.0 * self._column.high)
         drops = Drops(scene.scattering, np.exp(self._radii.fine), volume.sizes)
-        light = light_columns(
+        basis = light_basis(
             lamp.spectrum, node_step_nm(settings, blurred=not drops.on_device), self._column,
-            settings.colour, rain_colour(parts, settings),
+            rain_colour(parts, settings),
         )  # fmt: skip
-        self._grey = light.grey
+        self._grey = basis.grey(self._column.middle)
         x = 2.0 * np.pi * volume.size_range_um[1] * 1e-6 / 380e-9
         fringe = 1.4 / x ** (2.0 / 3.0)
         most = min(gl.limits.texture_2d, 16_384)
         chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most)
         found = outcomes(
-            gl, drops, light, unfolded(chord), 0.0,
+            gl, drops, basis, unfolded(chord), 0.0,
             components=scene.camera.polarizer_deg is not None, progress=building,
         )  # fmt: skip
         fit = hat_fit(self._radii.fine, self._radii.rows)
-        self.table = colour_table(floats(found), light, chord, fit)
+        fitted = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
+        degree = column_degree(basis, self._column, settings.colour)
+        self.table = colour_table(fitted, basis, self._column, degree, chord)
         even = volume.uniform and parts.rain is None
         self._block = 0 if even else settings.block
         defines: dict[str, Define] = {

@@ -15,7 +15,7 @@ import moderngl
 import numpy as np
 
 from rtbow import atmosphere
-from rtbow.arrays import Array, Progress, floats, no_progress
+from rtbow.arrays import Array, Progress
 from rtbow.colour_bake import Drops, outcomes
 from rtbow.colour_table import (
     NO_AIR,
@@ -23,8 +23,9 @@ from rtbow.colour_table import (
     Column,
     chords,
     colour_table,
+    column_degree,
     hat_fit,
-    light_columns,
+    light_basis,
     unfolded,
 )
 from rtbow.context import GlContext
@@ -40,7 +41,7 @@ from rtbow.fast_scene import (
     set_scene,
 )
 from rtbow.fast_settings import FastSettings, node_step_nm
-from rtbow.fast_volume import SunColumns, filled_box, is_near, sun_columns
+from rtbow.fast_volume import DARK_COLUMN, SunColumns, filled_box, is_near, sun_columns
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
 from rtbow.lights import Sun
@@ -51,8 +52,8 @@ _DIRECT_SAMPLES = 4
 """Midpoint samples of the air along a ray through an even volume."""
 
 
-_WINDOW = 0.75
-"""Steps of air column that tables for moving suns begin and end at."""
+_WINDOW = 1.0
+"""Steps of air column that tables for moving suns lie apart."""
 _ROAMING_DEGREE = 2
 _TABLES = 6
 """Tables that are kept for suns that move to and fro."""
@@ -103,7 +104,8 @@ class FastSun:
         self._radii = radius_rows(volume, settings)
         self._tables: dict[Column, _Colours] = {}
         columns = self._columns(parts)
-        colours = self._colours_for(columns.column, building)
+        self._bake(columns.column, building)
+        colours = self._colours_for(columns.column)
         self.table = colours.table
         even = volume.uniform and parts.rain is None
         self._block = 0 if even else settings.block
@@ -142,8 +144,10 @@ class FastSun:
             Whether that could be done; if not, nothing has changed.
         """
         columns = self._columns(parts)
-        colours = self._colours_for(columns.column, no_progress)
+        colours = self._colours_for(columns.column)
         kept = {name: self._defines[name] for name in ("NEAR_AIR", "SHADOW")}
+        if colours.table.degree != self.table.degree:
+            return False
         if self._air_defines(columns, colours.grey) != kept:
             return False
         turned = parts.optics.suns[self._number].direction
@@ -171,27 +175,33 @@ class FastSun:
             "SHADOW": air and columns.cubic is None,
         }
 
-    def _colours_for(self, column: Column, building: Progress) -> _Colours:
+    def _bake(self, column: Column, building: Progress) -> None:
+        """Compute what drops make of the sun's light, whatever its altitude."""
+        parts, settings = self._parts, self._settings
+        sun = parts.optics.suns[self._number]
+        drops = Drops(self._scene.scattering, np.exp(self._radii.fine), parts.volume.sizes)
+        whole = Column(0.0, DARK_COLUMN) if self._roaming and parts.optics.has_air else column
+        self._basis = light_basis(
+            sun.spectrum, node_step_nm(settings, blurred=not drops.on_device), whole,
+            rain_colour(parts, settings),
+        )  # fmt: skip
+        self._chord = self._chords(sun)
+        found = outcomes(
+            self._gl, drops, self._basis, unfolded(self._chord), sun.disc_rad,
+            components=self._scene.camera.polarizer_deg is not None, progress=building,
+        )  # fmt: skip
+        fit = hat_fit(self._radii.fine, self._radii.rows)
+        self._outcomes = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
+
+    def _colours_for(self, column: Column) -> _Colours:
         """Give the table for a range of columns, made if it is none of the last few."""
         if column not in self._tables:
-            sun, settings = self._parts.optics.suns[self._number], self._settings
-            drops = Drops(
-                self._scene.scattering, np.exp(self._radii.fine), self._parts.volume.sizes
-            )
-            light = light_columns(
-                sun.spectrum, node_step_nm(settings, blurred=not drops.on_device), column,
-                settings.colour, rain_colour(self._parts, settings),
-                _ROAMING_DEGREE if self._roaming and column != NO_AIR else None,
-            )  # fmt: skip
-            chord = self._chords(sun)
-            found = outcomes(
-                self._gl, drops, light, unfolded(chord), sun.disc_rad,
-                components=self._scene.camera.polarizer_deg is not None, progress=building,
-            )  # fmt: skip
-            fit = hat_fit(self._radii.fine, self._radii.rows)
-            table = colour_table(floats(found), light, chord, fit)
+            degree = column_degree(self._basis, column, self._settings.colour)
+            if self._roaming and degree:
+                degree = max(degree, _ROAMING_DEGREE)
+            table = colour_table(self._outcomes, self._basis, column, degree, self._chord)
             texture = row_texture(self._gl, table.values)
-            self._tables[column] = _Colours(table, texture, light.grey)
+            self._tables[column] = _Colours(table, texture, self._basis.grey(column.middle))
             if len(self._tables) > _TABLES:
                 self._tables.pop(next(iter(self._tables)))
         return self._tables[column]

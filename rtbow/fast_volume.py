@@ -16,7 +16,7 @@ from rtbow.lights import Lamp, Sun
 from rtbow.steps import roughness
 from rtbow.volume import DropletVolume
 
-_DARK_COLUMN = 75.0
+DARK_COLUMN = 75.0
 """Column behind which hardly any light is left: twice the way to a sun at the horizon."""
 
 
@@ -95,10 +95,10 @@ def sun_columns(sun: Sun, box_m: Array, eye_m: Array) -> SunColumns:
     """
     heights = np.linspace(max(box_m[0, 2], 0.0), max(box_m[1, 2], 1.0), 33)
     towards = atmosphere.sun_column(heights, sun.altitude_rad)
-    seen = towards[towards < _DARK_COLUMN]
+    seen = towards[towards < DARK_COLUMN]
     if len(seen) == 0:
-        return SunColumns(Column(_DARK_COLUMN - 1.0, _DARK_COLUMN), None)
-    high = min(float(seen.max()) + eye_column(box_m, eye_m), _DARK_COLUMN)
+        return SunColumns(Column(DARK_COLUMN - 1.0, DARK_COLUMN), None)
+    high = min(float(seen.max()) + eye_column(box_m, eye_m), DARK_COLUMN)
     low = float(seen.min())
     column = Column(low, high)
     if len(seen) < len(towards):
