@@ -28,6 +28,7 @@ from rtbow.bench_floor import FloorPass
 from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name, load_average
 from rtbow.context import Backend
 from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.random_scenes import random_scene, random_seed
 from rtbow.renderer import METHODS, Method, Renderer
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
@@ -118,13 +119,15 @@ class Plan:
         return found
 
     def scene(self, name: str | None, changes: Mapping[str, object]) -> Scene:
-        """Load a scene with the overrides of this plan, and more.
+        """Load a scene with the overrides of this plan, and more; ``random-N`` is drawn.
 
         Raises:
             InputError: see :func:`rtbow.scene_file.load_scene`.
         """
         size = {"camera.size_px": list(self.size_px)}
-        return load_scene(name, {**size, **self.settings, **changes})
+        overrides = {**size, **self.settings, **changes}
+        seed = random_seed(name)
+        return load_scene(name, overrides) if seed is None else random_scene(seed, overrides)
 
 
 @dataclass(frozen=True)

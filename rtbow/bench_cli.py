@@ -128,8 +128,9 @@ def bench(
 ) -> None:
     """Measure speed against error.
 
-    Each method draws each SCENE; its frame is compared with the float64 reference. Method spectral
-    takes 5 nm, unless --set render.wavelength_step_nm says otherwise.
+    Each method draws each SCENE; random-1, random-2 and so on are drawn at random. Its frame is
+    compared with the float64 reference. Method spectral takes 5 nm, unless --set
+    render.wavelength_step_nm says otherwise.
 
     Example: rtbow bench uniform shower --json bench.json --plot bench.png
     """  # fmt: skip

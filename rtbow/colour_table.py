@@ -17,8 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtbow.airy import SCALE_POWER, bows
 from rtbow.arrays import Array, Float32, floats
 from rtbow.atmosphere import rayleigh_depth
+from rtbow.constants import VISIBLE_NM
 from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
 
 MOST_OUTCOMES = 8
@@ -236,8 +238,45 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
     ends = folded_chord(np.array([low, high]))
     # The chord grows by cos(theta/2) per angle, at least by 1/sqrt(2) at the right angle.
     slope = 1.0 if low > 0.6 * np.pi else 1.0 / _RIGHT_CHORD
-    count = 2 + int((ends[1] - ends[0]) / (step_rad * slope))
+    count = 2 + int((ends[1] - ends[0]) / (step_rad * slope)) if step_rad > 0.0 else most
     return floats(np.linspace(ends[0], ends[1], min(count, most)))
+
+
+def bow_width(radius_m: float) -> float:
+    """Give the width of the main bow at the violet end, rad: a unit of Airy's argument or so."""
+    x = 2.0 * np.pi * radius_m / (VISIBLE_NM[0] * 1e-9)
+    return float(1.4 / x ** (2.0 / 3.0))
+
+
+_MOST_PHASE = 800.0
+"""Phase of Airy's fringes up to which 1 nm, the step of the reference, follows them: from one
+wavelength to the next it changes by 1.5 rad."""
+_PHASE_STEP = 0.3
+"""Phase between columns, rad: linear interpolation errs by 1 % of the fringes."""
+
+
+def fringe_step(orders: tuple[int, ...], radius_m: float, low: float, high: float) -> float:
+    """Give the step of angles that follows the fringes of drops under a point of light.
+
+    Args:
+        orders: of the bows.
+        radius_m: of the largest drop.
+        low: first scattering angle, rad.
+        high: last.
+
+    Returns:
+        The step, rad; 0 where no step does, since wavelengths 1 nm apart differ too much.
+    """
+    nm = VISIBLE_NM[0]
+    finest = np.inf
+    for one in bows(orders, floats([nm * 1e-9]), floats([1.343])):
+        scale = float(one.scale[0]) * radius_m**SCALE_POWER
+        ends = one.side * (floats([low, high]) - one.angle_rad[0])
+        z = scale * max(float(ends.max()), 1.0 / scale)
+        if 4.0 / 3.0 * z**1.5 > _MOST_PHASE:
+            return 0.0
+        finest = min(finest, _PHASE_STEP / (2.0 * np.sqrt(z) * scale))
+    return float(finest)
 
 
 def hat_fit(fine: Array, rows: Array) -> Array:

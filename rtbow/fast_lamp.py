@@ -16,6 +16,7 @@ from rtbow.colour_table import (
     NO_AIR,
     ColourTable,
     Column,
+    bow_width,
     chords,
     colour_table,
     column_degree,
@@ -93,8 +94,7 @@ class FastLamp:
             rain_colour(parts, settings),
         )  # fmt: skip
         self._grey = basis.grey(self._column.middle)
-        x = 2.0 * np.pi * volume.size_range_um[1] * 1e-6 / 380e-9
-        fringe = 1.4 / x ** (2.0 / 3.0)
+        fringe = bow_width(volume.size_range_um[1] * 1e-6)
         most = min(gl.limits.texture_2d, 16_384)
         chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most)
         found = outcomes(
@@ -106,7 +106,7 @@ class FastLamp:
         degree = column_degree(basis, self._column, settings.colour)
         self.table = colour_table(fitted, basis, self._column, degree, chord)
         even = volume.uniform and parts.rain is None
-        self._block = 0 if even else settings.block
+        self._block = 0 if even else settings.lamp_block
         defines: dict[str, Define] = {
             **scene_defines(scene, parts, self.table),
             "NEAREST_M": NEAREST_M,
@@ -196,7 +196,7 @@ class FastLamp:
         self._compose.bind("flags", flags)
         self._node_frame = ctx.framebuffer([nodes])
         self._flag_frame = ctx.framebuffer([flags])
-        bend = self._settings.bend
+        bend = self._settings.lamp_bend
         self._flags.set("tolerance", (1e30, bend, bend, bend))
 
     @property

@@ -37,6 +37,8 @@ class FastSettings:
         rows_per_fold: rows of radius per factor e, in a volume whose radii vary along a ray by that
             factor; more where they vary less (:func:`hat_rows`).
         colour: relative error left to the fit of the air's colours.
+        lamp_block: pixels between nodes under a lamp.
+        lamp_bend: share of the light by which a straight line between these may miss.
         lamp_scale: factor of the steps in angle along a ray that a lamp lights.
         few_steps: steps at every pixel under a lamp.
     """
@@ -51,6 +53,8 @@ class FastSettings:
     row_step: float
     rows_per_fold: float
     colour: float
+    lamp_block: int
+    lamp_bend: float
     lamp_scale: float
     few_steps: int
 
@@ -83,8 +87,10 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         # Where no nodes keep weights of rows, rows cost nothing.
         rows_per_fold=(100.0 if kind == "rough" else 11.0) * min(max(finer, 0.5), 2.5),
         colour=1e-3 * min(share, 4.0),
-        lamp_scale=0.75 * min(max(finer, 0.5), 2.5),
-        few_steps=3,
+        lamp_block=4,
+        lamp_bend=2e-3 * min(share, 4.0),
+        lamp_scale=1.0 * min(max(finer, 0.5), 2.5),
+        few_steps=1,
     )
 
 

@@ -21,14 +21,17 @@ from rtbow.colour_table import (
     NO_AIR,
     ColourTable,
     Column,
+    bow_width,
     chords,
     colour_table,
     column_degree,
+    fringe_step,
     hat_fit,
     light_basis,
     unfolded,
 )
 from rtbow.context import GlContext
+from rtbow.errors import UnsuitedError
 from rtbow.fast_scene import (
     bind_rain,
     blocks_of,
@@ -59,6 +62,12 @@ _TABLES = 6
 """Tables that are kept for suns that move to and fro."""
 _GROUPS = 7
 """Groups of four rows of radius that a pass over the nodes keeps: draw buffers, less the path's."""
+
+
+_TOO_FINE = (
+    "light.angular_diameter_deg = 0: drops under a point of light show fringes that method fast"
+    " does not follow; use --method spectral, or give the light a diameter"
+)
 
 
 @dataclass
@@ -169,21 +178,23 @@ class FastSun:
         return SunColumns(found.column.window(_WINDOW), found.cubic)
 
     def _air_defines(self, columns: SunColumns, grey: float) -> dict[str, Define]:
-        air = self._parts.optics.has_air
-        return {
-            "NEAR_AIR": air and is_near(self._box, self._parts.eye_m, columns.column, grey),
-            "SHADOW": air and columns.cubic is None,
-        }
+        air, shadow = self._parts.optics.has_air, columns.cubic is None
+        near = air and not shadow and is_near(self._box, self._parts.eye_m, columns.column, grey)
+        return {"NEAR_AIR": near, "SHADOW": air and shadow}
 
     def _bake(self, column: Column, building: Progress) -> None:
         """Compute what drops make of the sun's light, whatever its altitude."""
         parts, settings = self._parts, self._settings
         sun = parts.optics.suns[self._number]
         drops = Drops(self._scene.scattering, np.exp(self._radii.fine), parts.volume.sizes)
+        step_nm = node_step_nm(settings, blurred=not drops.on_device)
+        if sun.disc_rad == 0.0 and self._sharp:
+            if len(self._radii.rows) > 1:
+                raise UnsuitedError(_TOO_FINE)
+            step_nm = 1.0
         whole = Column(0.0, DARK_COLUMN) if self._roaming and parts.optics.has_air else column
         self._basis = light_basis(
-            sun.spectrum, node_step_nm(settings, blurred=not drops.on_device), whole,
-            rain_colour(parts, settings),
+            sun.spectrum, step_nm, whole, rain_colour(parts, settings)
         )  # fmt: skip
         self._chord = self._chords(sun)
         found = outcomes(
@@ -225,11 +236,21 @@ class FastSun:
     def _chords(self, sun: Sun) -> Array:
         """Choose the table's angles: those in the picture, finely enough for its drops and disc."""
         low, high = (0.0, np.pi) if self._roaming else cone_range(self._scene.camera, sun)
-        x = 2.0 * np.pi * self._parts.volume.size_range_um[1] * 1e-6 / 380e-9
-        # The main bow's width on drops of this size at the violet end, and the disc.
-        fringe = 0.12 / x ** (2.0 / 3.0)
-        step = np.hypot(sun.disc_rad / self._settings.texels_per_disc, fringe)
-        return chords(low, high, float(step), min(self._gl.limits.texture_2d, 16_384))
+        largest = self._parts.volume.size_range_um[1] * 1e-6
+        most = min(self._gl.limits.texture_2d, 16_384)
+        if sun.disc_rad > 0.0 or not self._sharp:
+            step = np.hypot(sun.disc_rad / self._settings.texels_per_disc, 0.1 * bow_width(largest))
+            return chords(low, high, float(step), most)
+        step = fringe_step(self._scene.scattering.orders, largest, low, high)
+        found = chords(low, high, step, most + 1)
+        if len(found) > most:
+            raise UnsuitedError(_TOO_FINE)
+        return found
+
+    @property
+    def _sharp(self) -> bool:
+        """Whether drops are of one size each, by Airy's theory: nothing blurs their fringes."""
+        return self._scene.scattering.theory == "airy" and self._parts.volume.sizes is None
 
     def _make_nodes(self) -> _Nodes:
         blocks = blocks_of(self._scene.camera.size_px, self._block)
