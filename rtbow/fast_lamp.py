@@ -181,6 +181,7 @@ class FastLamp:
             set_scene(program, scene, parts, self._box)
             set_march(program, scene, rates, self._radii, self._grey)
             program.set("lampSphere", (*(lamp.position_m - parts.eye_m), lamp.radius_m))
+            program.set("columnReach", self._column.reach)
             program.set("middleAir", self._column.middle)
             program.set("fewSteps", settings.few_steps)
             program.set("manySteps", scene.render.steps or steps)

@@ -108,7 +108,10 @@ def set_scene(program: GlProgram, scene: Scene, parts: Parts, box_m: Array) -> N
     program.set("frameSize", tuple(float(n) for n in camera.size_px))
     program.set("cameraBasis", tuple(camera_basis(camera).ravel()))
     program.set("eyeHeight", float(eye[2]))
-    program.set("eyeAir", float(atmosphere.segment_column(eye[2], 0.0, 1.0)))
+    program.set(
+        "eyeAir",
+        float(np.exp(-max(eye[2], -1e5) / constants.SCALE_HEIGHT_M) / constants.SCALE_HEIGHT_M),
+    )
     if camera.polarizer_deg is not None:
         program.set("polarizerPass", tuple(polarizer_pass(camera)))
     program.set("boxLow", tuple(box_m[0] - eye))

@@ -226,6 +226,7 @@ class FastSun:
             program.bind("colours", colours.texture)
             set_scene(program, self._scene, self._parts, self._box)
             set_march(program, self._scene, rates, self._radii, colours.grey)
+            program.set("columnReach", columns.column.reach)
             program.set("sunDirection", tuple(sun.direction))
             middle = columns.column.middle
             if columns.cubic is not None:

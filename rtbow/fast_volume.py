@@ -139,7 +139,9 @@ def _greatest_column(start_m: Array, ends_m: Array) -> float:
     away = ends_m - start_m
     length = np.linalg.norm(away, axis=1)
     rise = away[:, 2] / np.maximum(length, 1e-9)
-    return float(atmosphere.segment_column(start_m[2], rise, length).max())
+    with np.errstate(over="ignore"):  # far below the ground
+        columns = atmosphere.segment_column(start_m[2], rise, length)
+    return min(float(columns.max()), DARK_COLUMN)
 
 
 def greatest_depth(volume: DropletVolume, greatest_per_m: float) -> float:

@@ -66,8 +66,9 @@ def _drops(rng: np.random.Generator, grid: tuple[int, int, int], density: tuple[
     elif kind == "uniform":
         lines += [f"min_um = {0.7 * size:.4g}", f"max_um = {1.4 * size:.4g}"]
     else:
-        lines += [f"effective_radius_um = {size:g}",
-                  f"effective_variance = {_number(rng, 0.01, 0.15)}", 'mixing = "local"']  # fmt: skip
+        variance = _number(rng, 0.01, 0.15)
+        lines += [f"effective_radius_um = {size:g}", f"effective_variance = {variance}"]
+        lines.append('mixing = "local"')
     return [*lines, "[droplets.density]", f"number_per_m3 = {_even_log(rng, *density)}"]
 
 

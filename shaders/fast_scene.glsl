@@ -8,12 +8,15 @@
 
 // The scene as the mains of method `fast` see it: uniforms that they share, and drops at a place.
 
+const Column DARK = 1.0e4;          // behind so much air no light is left
+
 // Camera
 uniform vec2 frameSize;
 uniform mat3 cameraBasis;
 #if AIR
 uniform float eyeHeight;
 uniform float eyeAir;               // column per metre at the eye
+uniform float columnReach;          // of the tables, about their middle column
 uniform float greyAir;              // depth per column that weights carry; tables have the rest
 #endif
 #if POLARIZER

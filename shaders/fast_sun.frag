@@ -87,6 +87,10 @@ void main() {
 #if !SEVERAL_RADII
         Tristimulus light = path.weight * along * colourOf(colours, texel, 0.0, perpendicular);
 #endif
+#if AIR
+        // Beyond the tables' columns there is no light to colour, and no polynomial to trust.
+        path.column = clamp(path.column, -columnReach, columnReach);
+#endif
         radiance.rgb = xyzToRgb(light * fallOff(colours, texel, path.column, path.depth));
     }
 }

@@ -98,8 +98,8 @@ Number rainToLamp(Direction ray, Length distance) {
 Column lampColumn(LampRay lamp, Direction ray, Length place) {
     Length distance = max(length(vec2(lamp.side, place)), max(lamp.radius, NEAREST_M));
     Number slope = ((lamp.foot + place) * ray.z - lampSphere.z) / distance;
-    return segmentColumn(eyeHeight + lampSphere.z, slope, distance)
-        + segmentColumn(eyeHeight, ray.z, lamp.foot + place) - middleAir;
+    return min(segmentColumn(eyeHeight + lampSphere.z, slope, distance)
+               + segmentColumn(eyeHeight, ray.z, lamp.foot + place), DARK) - middleAir;
 }
 #endif
 
@@ -131,7 +131,8 @@ Tristimulus marchLamp(Direction ray, vec2 span, int steps) {
 #if AIR
             Number texel = (foldedChordAt(lamp.side, middle) - chordAxis.x) * chordAxis.y;
             Column column = lampColumn(lamp, ray, middle);
-            colour *= exp(-greyAir * column) * fallOff(colours, texel, column, 0.0);
+            colour *= exp(-greyAir * column)
+                * fallOff(colours, texel, clamp(column, -columnReach, columnReach), 0.0);
 #endif
             light += colour;
         }
@@ -187,6 +188,9 @@ Tristimulus marchLamp(Direction ray, vec2 span, int steps) {
 #endif
         if (stretch.light > 0.0) {
             Number texel = (foldedChordAt(lamp.side, place) - chordAxis.x) * chordAxis.y;
+#if AIR
+            column = clamp(column, -columnReach, columnReach);
+#endif
             sum += reach * fallOff(colours, texel, column, depth)
                 * meanColour(lamp, from, to, place, stretch.turn * part, row, perpendicular);
         }

@@ -37,7 +37,8 @@ Column columnAt(Position at, Direction ray, Length distance) {
     return towards + eyeAir * distance
         * (1.0 - u * (0.5 - u * (1.0 / 6.0 - u * (1.0 / 24.0 - u / 120.0))));
 #else
-    return towards + segmentColumn(eyeHeight, ray.z, distance);
+    // Far below the ground, or in the Earth's shadow: no light, but a number all the same.
+    return min(towards + segmentColumn(eyeHeight, ray.z, distance), DARK);
 #endif
 }
 

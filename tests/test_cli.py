@@ -120,7 +120,7 @@ def test_both_files_say_how_they_were_made(call, tmp_path):
     assert rgb.max() > 100.0
     assert texts["command"] == shlex.join(["rtbow", *args])
     assert texts["rtbowVersion"] == __version__
-    assert texts["method"] == "spectral"
+    assert texts["method"] == "fast"
     assert texts["renderer"] not in ("", "CPU, float64")
     # The scene's text makes the same frame again.
     assert texts["scene"] == f"{UNIFORM}# --set camera.size_px=[32, 18]\n"
@@ -266,7 +266,11 @@ WRONG_ARGUMENTS = [
         (("uniform", "--size", size), "is not a size", "such as 640x360")
         for size in ("", "x", "640", "640x", "-1x5", "8 x 8", "8x8x8", "²x2", "٣x٣", "1e3x5")
     ),
-    (("uniform", "--method", "fast"), "fast", "auto", "spectral", "reference"),
+    (("uniform", "--max-delta-e", "0"), "render.max_delta_e = 0", "0.1..20"),
+    (("uniform", "--max-delta-e", "-1"), "render.max_delta_e = -1", "0.1..20"),
+    (("uniform", "--max-delta-e", "nan"), "render.max_delta_e", "finite", "0.1..20"),
+    (("uniform", "--max-delta-e", "0.01"), "render.max_delta_e = 0.01", "0.1..20"),
+    (("uniform", "--method", "quick"), "quick", "auto", "fast", "spectral", "reference"),
     (("uniform", "--backend", "vulkan"), "vulkan", "egl", "osmesa", "window"),
     *(
         (("uniform", f"--exposure={ev}"), "is not an exposure", "auto", "such as 13")
@@ -623,7 +627,7 @@ def test_a_reader_that_leaves(tmp_path):
 # Minutes of work in rows of a few milliseconds: a narrow strip of sky, full of drops.
 TALL = "--size 64x16384 --set camera.fov_deg=0.1 --set render.wavelength_step_nm=0.1"
 LONG = {
-    "spectral": f"render uniform -o x.exr -o x.png {TALL}",
+    "spectral": f"render uniform -o x.exr -o x.png --method spectral {TALL}",
     "reference": f"render uniform -o x.exr --method reference {TALL}",
     "export": "table export x.npz --angles 15000 --disc 5",
 }
@@ -746,7 +750,7 @@ def test_strict_warnings_and_no_home(tmp_path):
 # --- What is shown -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["spectral", "reference"])
+@pytest.mark.parametrize("method", ["fast", "spectral", "reference"])
 def test_a_pipe_sees_no_progress(tmp_path, method):
     args = ("render", "uniform", "-o", "x.exr", "--size", "8x20", "--method", method)
     assert execute(*args, cwd=tmp_path) == Result(0, "x.exr\n", "")

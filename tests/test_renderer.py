@@ -32,7 +32,7 @@ class TestFrame:
         assert frame.shape == (18, 32, 3)
         assert frame.dtype == np.float32
         assert frame.flags.c_contiguous
-        assert renderer.method_used == "spectral"
+        assert renderer.method_used == "fast"
         assert renderer.backend in ("egl", "osmesa")
         assert renderer.gl_renderer
 
@@ -43,11 +43,12 @@ class TestFrame:
         assert np.all(luminance[-1] == 0.0)
 
     def test_the_same_every_time(self, renderer):
-        np.testing.assert_array_equal(renderer.render(), renderer.render("spectral"))
+        np.testing.assert_array_equal(renderer.render(), renderer.render("fast"))
+        np.testing.assert_array_equal(renderer.render("spectral"), renderer.render("spectral"))
 
     def test_near_the_reference(self, renderer, save_failure):
         """What remains is the table's and float32's error: 5.6e-4 of the peak at worst."""
-        frame, reference = renderer.render(), renderer.render("reference")
+        frame, reference = renderer.render("spectral"), renderer.render("reference")
         save_failure("uniform", frame, reference)
         assert reference.dtype == np.float32
         assert renderer.method_used == "reference"
@@ -96,11 +97,11 @@ class TestRefusals:
             with pytest.raises(rtbow.RtbowError, match="closed"):
                 renderer.render(method)
 
-    @pytest.mark.parametrize("method", ["fast", "", None, "SPECTRAL"])
+    @pytest.mark.parametrize("method", ["quick", "", None, "SPECTRAL"])
     def test_unknown_method(self, scene, method):
         with (
             Renderer(scene) as renderer,
-            pytest.raises(rtbow.InputError, match="must be one of auto, spectral, reference"),
+            pytest.raises(rtbow.InputError, match="must be one of auto, fast, spectral, reference"),
         ):
             renderer.render(method)
 
@@ -108,7 +109,7 @@ class TestRefusals:
         with Renderer(scene, "vulkan") as renderer, pytest.raises(rtbow.InputError, match="egl"):
             renderer.render()
 
-    @pytest.mark.parametrize("method", ["spectral", "reference"])
+    @pytest.mark.parametrize("method", ["fast", "spectral", "reference"])
     @pytest.mark.parametrize(
         "overrides",
         [{"light.0.spectrum": "E491"}, {"droplets.file": "missing.npz"}],
@@ -143,9 +144,9 @@ class TestRefusals:
         monkeypatch.setattr(rtbow.spectral.SpectralPass, "render", fail)
         with Renderer(scene) as renderer:
             with pytest.raises(rtbow.UnavailableError, match=message):
-                renderer.render()
+                renderer.render("spectral")
             monkeypatch.undo()
-            renderer.render()  # and it goes on where there is enough
+            renderer.render("spectral")  # and it goes on where there is enough
 
     def test_load_scene(self, tmp_path):
         for name, overrides in (
