@@ -339,9 +339,8 @@ def colour_table(
         error = float(left.max()) if left.size else 0.0
         blocks.append(fitted / (column.reach ** np.arange(1, degree + 1))[:, None, None])
     if basis.rain:
-        dry = np.log(np.tensordot(
-            basis.coefficients(floats([basis.column.middle])), lit[:count], axes=1
-        ))  # fmt: skip
+        whole = basis.coefficients(floats([basis.column.middle]))
+        dry = np.log(np.maximum(np.tensordot(whole, lit[:count], axes=1), 1e-300))
         blocks.append((np.log(np.maximum(lit[count:], 1e-300)) - dry) / _RAIN_DEPTH)
     values = np.zeros((sum(len(b) for b in blocks), angles, 4), dtype=np.float32)
     values[..., :3] = np.concatenate(blocks)

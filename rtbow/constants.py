@@ -39,6 +39,6 @@ plane to speak of: both components count alike."""
 DEFAULT_DELTA_E = 0.5
 """Colour difference (CIEDE2000, 99th percentile) allowed to method fast: half of what is just
 noticeable side by side."""
-LEAST_DELTA_E = 0.1
+LEAST_DELTA_E = 0.25
 """The least one that its settings exist for."""
 MOST_DELTA_E = 20.0

@@ -266,10 +266,10 @@ WRONG_ARGUMENTS = [
         (("uniform", "--size", size), "is not a size", "such as 640x360")
         for size in ("", "x", "640", "640x", "-1x5", "8 x 8", "8x8x8", "²x2", "٣x٣", "1e3x5")
     ),
-    (("uniform", "--max-delta-e", "0"), "render.max_delta_e = 0", "0.1..20"),
-    (("uniform", "--max-delta-e", "-1"), "render.max_delta_e = -1", "0.1..20"),
-    (("uniform", "--max-delta-e", "nan"), "render.max_delta_e", "finite", "0.1..20"),
-    (("uniform", "--max-delta-e", "0.01"), "render.max_delta_e = 0.01", "0.1..20"),
+    (("uniform", "--max-delta-e", "0"), "render.max_delta_e = 0", "0.25..20"),
+    (("uniform", "--max-delta-e", "-1"), "render.max_delta_e = -1", "0.25..20"),
+    (("uniform", "--max-delta-e", "nan"), "render.max_delta_e", "finite", "0.25..20"),
+    (("uniform", "--max-delta-e", "0.01"), "render.max_delta_e = 0.01", "0.25..20"),
     (("uniform", "--method", "quick"), "quick", "auto", "fast", "spectral", "reference"),
     (("uniform", "--backend", "vulkan"), "vulkan", "egl", "osmesa", "window"),
     *(
