@@ -30,7 +30,9 @@ _RIGHT_CHORD = float(np.sqrt(2.0))
 _RAIN_DEPTH = 1.0
 """Depth of rain at which its colour is taken."""
 _FINE_NM = 1.0
-_BASIS_ERROR = 1e-5
+_PINNED = 1.6
+"""How much greater a polynomial's error is that has to be right at the middle: 1.5 was the most."""
+_BASIS_ERROR = 3e-6
 """Part of the first function's size below which a basis leaves functions out."""
 
 
@@ -150,9 +152,12 @@ def light_basis(
     at = np.linspace(column.low, column.high, 129 if column.reach > 0.0 else 1)
     left = np.exp(-np.outer(at, tau))
     left /= (left @ measure)[:, None]  # alike in all columns, however little they leave
-    _, sizes, functions = np.linalg.svd(left * np.sqrt(measure), full_matrices=False)
+    weighted = left * np.sqrt(measure)
+    # Singular vectors by way of the small matrix of products of columns.
+    powers, mixes = np.linalg.eigh(weighted @ weighted.T)
+    sizes = np.sqrt(np.maximum(powers[::-1], 0.0))
     count = min(int(np.sum(sizes > _BASIS_ERROR * sizes[0])), MOST_OUTCOMES - 1)
-    functions = functions[:count] / np.sqrt(measure)
+    functions = (mixes[:, ::-1].T[:count] @ weighted) / sizes[:count, None] / np.sqrt(measure)
     spectra = [weights * one[:, None] for one in functions]
     if rain_ratio is not None:
         excess = rain_ratio(fine.wavelength_nm) - 1.0
@@ -184,7 +189,7 @@ def column_degree(basis: LightBasis, column: Column, tolerance: float) -> int:
         nodes = column.nodes(degree + 2)
         sample = _source_logarithm(basis, column, nodes)
         fitted = np.stack([_line(nodes, sample[:, c], degree, at) for c in range(3)], axis=1)
-        if np.abs(np.expm1(fitted - logarithm)).max() < tolerance:
+        if np.abs(np.expm1(fitted - logarithm)).max() < tolerance / _PINNED:
             return degree
     return MOST_DEGREE
 
@@ -236,8 +241,11 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
         most: columns, at most.
     """
     ends = folded_chord(np.array([low, high]))
-    # The chord grows by cos(theta/2) per angle, at least by 1/sqrt(2) at the right angle.
-    slope = 1.0 if low > 0.6 * np.pi else 1.0 / _RIGHT_CHORD
+    # The chord grows by cos(theta/2) per angle up to a right one, least there, and is mirrored.
+    folded = np.minimum(floats([low, high]), np.pi - floats([low, high]))
+    slope = float(np.cos(0.5 * folded).min())
+    if low < 0.5 * np.pi < high:
+        slope = 1.0 / _RIGHT_CHORD
     count = 2 + int((ends[1] - ends[0]) / (step_rad * slope)) if step_rad > 0.0 else most
     return floats(np.linspace(ends[0], ends[1], min(count, most)))
 

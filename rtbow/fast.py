@@ -70,9 +70,8 @@ class FastPass:
         if not same_but_places(self._scene, scene):
             return False
         self._parts, self._scene = moved_parts(self._parts, scene), scene
-        # All of them, whether or not one before could not.
-        moved = [light.move(scene, self._parts) for light in self._lights]
-        if not self._roaming or not all(moved):
+        # Those that could move are made anew, too, where one could not.
+        if not self._roaming or not all(one.move(scene, self._parts) for one in self._lights):
             self._roaming = True
             self._lights = self._make_lights(no_progress)
         return True

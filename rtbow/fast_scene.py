@@ -28,6 +28,9 @@ from rtbow.spectral_layout import MAX_STEPS, matrix_literal
 from rtbow.steps import LEAST_RAIN_SAMPLES, StepRates, step_rates
 from rtbow.volume import DropletVolume
 
+_LEAST_STEPS = 12
+"""Steps along any ray through a grid: on short ones a few cells' errors do not average out."""
+
 
 @dataclass(frozen=True)
 class RadiusRows:
@@ -77,7 +80,7 @@ def march_rates(parts: Parts, settings: FastSettings) -> StepRates:
 
 def scene_defines(scene: Scene, parts: Parts, table: ColourTable) -> dict[str, Define]:
     """Give the switches and constants that all programs of one light share."""
-    rain = parts.rain is not None
+    rain, even = parts.rain is not None, parts.volume.uniform
     return {
         "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
         "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
@@ -87,8 +90,8 @@ def scene_defines(scene: Scene, parts: Parts, table: ColourTable) -> dict[str, D
         "NO_PLANE": constants.NO_PLANE,
         "RADIUS_POWER": RADIUS_POWER,
         "MAX_STEPS": MAX_STEPS,
-        "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
-        "GRID": not parts.volume.uniform,
+        "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else (1 if even else _LEAST_STEPS),
+        "GRID": not even,
         "SEVERAL_RADII": table.rows > 1,
         "AIR": parts.optics.has_air,
         "EXTINCTION": rain,

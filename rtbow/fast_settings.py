@@ -25,6 +25,7 @@ class FastSettings:
     """What each approximation of method ``fast`` is allowed.
 
     Attributes:
+        share: the error allowed over the default one.
         samples_per_cell: midpoint samples per grid cell.
         samples_per_log_radius: further ones per cell and change of ln(radius) between its points.
         block: pixels between the nodes at which a path is gathered; 0: at every pixel.
@@ -43,6 +44,7 @@ class FastSettings:
         few_steps: steps at every pixel under a lamp.
     """
 
+    share: float
     samples_per_cell: float
     samples_per_log_radius: float
     block: int
@@ -72,24 +74,25 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
     share = delta_e / DEFAULT_DELTA_E
     # Errors of second order in a step: half the error takes the root of two as many.
     finer = share**-0.5
-    samples = {"alike": 0.375, "smooth": 1.5, "rough": 1.5}[kind]
+    samples = {"alike": 0.75, "smooth": 1.5, "rough": 3.0}[kind]
     blocks = {"alike": (4, 8), "smooth": (2, 3), "rough": (0, 0)}[kind]
     tight = delta_e < 0.5 * DEFAULT_DELTA_E
     return FastSettings(
+        share=share,
         samples_per_cell=samples * min(max(finer, 0.5), 2.5),
-        samples_per_log_radius=20.0 * min(finer, 2.0) if kind == "rough" else 0.0,
+        samples_per_log_radius=24.0 * min(finer, 2.0) if kind == "rough" else 0.0,
         block=blocks[0] if share < 1.0 else (blocks[1] if share < 4.0 else 4 * (kind != "rough")),
         bend=6e-3 * min(share, 4.0),
         texels_per_fringe=6.0 * min(max(finer, 0.5), 2.0),
-        texels_per_disc=6.0 * min(max(finer, 0.5), 2.0),
+        texels_per_disc=12.0 * min(max(finer, 0.5), 2.0),
         wavelength_step_nm=(1.0 if tight else 2.0) if kind == "alike" else (2.5 if tight else 5.0),
         row_step=0.015 if share >= 1.0 else 0.01,
         # Where no nodes keep weights of rows, rows cost nothing.
         rows_per_fold=(100.0 if kind == "rough" else 11.0) * min(max(finer, 0.5), 2.5),
         colour=1e-3 * min(share, 4.0),
-        lamp_block=4,
+        lamp_block=0 if kind == "rough" else 4,
         lamp_bend=2e-3 * min(share, 4.0),
-        lamp_scale=1.0 * min(max(finer, 0.5), 2.5),
+        lamp_scale=(1.5 if kind == "rough" else 1.0) * min(max(finer, 0.5), 2.5),
         few_steps=1,
     )
 

@@ -116,7 +116,8 @@ class FastSun:
         self._bake(columns.column, building)
         colours = self._colours_for(columns.column)
         self.table = colours.table
-        even = volume.uniform and parts.rain is None
+        # Across the edge of the Earth's shadow a few samples would not do.
+        even = volume.uniform and parts.rain is None and columns.cubic is not None
         self._block = 0 if even else settings.block
         rows = self.table.rows
         self._groups = min(-(-rows // 4), _GROUPS) if rows > 1 and self._block else 0
@@ -240,7 +241,10 @@ class FastSun:
         largest = self._parts.volume.size_range_um[1] * 1e-6
         most = min(self._gl.limits.texture_2d, 16_384)
         if sun.disc_rad > 0.0 or not self._sharp:
-            step = np.hypot(sun.disc_rad / self._settings.texels_per_disc, 0.1 * bow_width(largest))
+            step = np.hypot(
+                sun.disc_rad / self._settings.texels_per_disc,
+                0.6 / self._settings.texels_per_disc * bow_width(largest),
+            )
             return chords(low, high, float(step), most)
         step = fringe_step(self._scene.scattering.orders, largest, low, high)
         found = chords(low, high, step, most + 1)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtbow.arrays import Float32
 from rtbow.context import GlContext
-from rtbow.errors import InputError
+from rtbow.errors import UnavailableError, UnsuitedError
 from rtbow.glsl import Define, compile_program
 
 Texture = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
@@ -55,8 +55,9 @@ class GlProgram:
             self.set(name, values if len(values) > 1 else values[0])
 
     def bind(self, name: str, texture: Texture) -> None:
-        """Take a texture, also one that other programs read, for a sampler."""
-        self._textures[name] = texture
+        """Take a texture, also one that other programs read, for a sampler that the program has."""
+        if name in self._program:
+            self._textures[name] = texture
 
     def texture(self, name: str, data: NDArray[Any], *, linear: bool = True) -> None:
         """Upload rows of texels, (rows, columns, channels) or (rows, columns)."""
@@ -84,7 +85,17 @@ class GlProgram:
 
 
 def row_texture(gl: GlContext, data: NDArray[Any], *, linear: bool = True) -> moderngl.Texture:
-    """Upload rows of texels, (rows, columns, channels) or (rows, columns), for several programs."""
+    """Upload rows of texels, (rows, columns, channels) or (rows, columns), for several programs.
+
+    Raises:
+        UnsuitedError: the device takes no texture of that size.
+    """
+    if max(data.shape[:2]) > gl.limits.texture_2d:
+        raise UnsuitedError(
+            f"a table of {data.shape[0]} x {data.shape[1]} texels; this GL device ({gl.renderer})"
+            f" takes up to {gl.limits.texture_2d} a side; use a narrower range of radii, a larger"
+            " render.max_delta_e, or --method reference"
+        )
     rows, columns = data.shape[:2]
     channels = data.shape[2] if data.ndim == 3 else 1
     texture: moderngl.Texture = _upload(gl.ctx.texture, (columns, rows), channels, data, linear)
@@ -174,16 +185,17 @@ def check_sizes(gl: GlContext, size_px: tuple[int, int], grid: tuple[int, int, i
     """Check that a device takes a frame and a volume.
 
     Raises:
-        InputError: too many pixels or grid points a side.
+        UnavailableError: too many pixels or grid points a side.
     """
     largest = min(gl.limits.texture_2d, *gl.limits.viewport)
     if max(size_px) > largest:
-        raise InputError(
+        raise UnavailableError(
             f"camera.size_px = {list(size_px)}; this GL device ({gl.renderer}) takes up to"
             f" {largest} pixels a side; render smaller, or with --method reference"
         )
     if max(grid) > gl.limits.texture_3d:
-        raise InputError(
+        raise UnavailableError(
             f"droplet grid {grid}; this GL device ({gl.renderer}) takes up to"
-            f" {gl.limits.texture_3d} points a side; use a coarser volume"
+            f" {gl.limits.texture_3d} points a side; use a coarser"
+            " volume, or render with --method reference"
         )

@@ -3,12 +3,17 @@
 // Distances at which a ray from the eye enters (0 inside) and leaves a box whose corners are
 // relative to the eye; entry >= exit where it misses. A ray along a face is inside.
 vec2 boxSpan(Direction ray, Position low, Position high) {
-    // Along a face or between two, a ray meets neither: far away, or at 0 on the face itself.
-    vec3 along = vec3(abs(ray.x) < 1.0e-30 ? 1.0e-30 : ray.x, abs(ray.y) < 1.0e-30 ? 1.0e-30 : ray.y,
-                      abs(ray.z) < 1.0e-30 ? 1.0e-30 : ray.z);
-    vec3 first = low / along;
-    vec3 second = high / along;
+    vec3 first = low / ray;
+    vec3 second = high / ray;
     vec3 near = min(first, second);
     vec3 far = max(first, second);
+    // Along a face or between two, a ray meets neither: all of it is within, or nothing.
+    for (int axis = 0; axis < 3; ++axis) {
+        bool within = low[axis] <= 0.0 && high[axis] >= 0.0;
+        if (abs(ray[axis]) < 1.0e-30) {
+            near[axis] = -3.0e38;
+            far[axis] = within ? 3.0e38 : -1.0;
+        }
+    }
     return vec2(max(max(near.x, near.y), max(near.z, 0.0)), min(min(far.x, far.y), far.z));
 }

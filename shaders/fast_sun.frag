@@ -55,6 +55,10 @@ void main() {
         Number perpendicular = 0.5;
 #endif
         Length along = span.y - span.x;
+#if DIRECT == 1
+        // Even drops in clear space: no march.
+        SunPath path = SunPath(uniformDensity, 0.0, 0.0);
+#else
 #if DIRECT
         int count = DIRECT;
 #else
@@ -74,6 +78,7 @@ void main() {
         Tristimulus light = radii.light;
 #else
         SunPath path = gatherSun(ray, span, count);
+#endif
 #endif
 #if BLOCK
         if (!flagged) {
