@@ -286,6 +286,7 @@ def measure(
     label = f"{row.scene} {row.method}"
     with FloorPass(scene.camera.size_px, plan.backend) as floor:
         memory = PeakMemory()
+        opened = time.perf_counter()
         with Renderer(scene, plan.backend) as renderer:
             rgb = None
             if sample is None:
@@ -296,7 +297,7 @@ def measure(
                 )
                 rgb = sample.of(frame)
                 del frame
-            first_s = time.perf_counter() - begun
+            first_s = time.perf_counter() - opened
             clock = _Clock(begun, limit_s)
             times, floors = _time_frames(
                 floor.draw, lambda: renderer.draw(method), first_s, plan.frames,

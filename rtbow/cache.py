@@ -90,6 +90,15 @@ def keep_arrays(name: str, key: str, arrays: Arrays) -> bool:
     return True
 
 
+def forget_oldest(name: str, most: int) -> None:
+    """Remove all but the newest files of a kind of content."""
+    with contextlib.suppress(OSError):
+        files = [file for file in _own_files() if file.name.startswith(f"{name}-")]
+        files.sort(key=lambda file: file.stat().st_mtime, reverse=True)
+        for file in files[most:]:
+            file.unlink(missing_ok=True)
+
+
 def forget_arrays(name: str, key: str) -> None:
     """Remove what is kept under a name and key, if anything is."""
     path = _path(name, key)

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtbow.airy import RADIUS_POWER, bows
 from rtbow.arrays import Array, Float32, Progress, floats, no_progress
-from rtbow.cache import keep_arrays, kept_arrays, source_digest
+from rtbow.cache import file_digest, forget_oldest, keep_arrays, kept_arrays, source_digest
 from rtbow.colour_table import LightBasis
 from rtbow.constants import MIN_RADIUS_UM
 from rtbow.context import GlContext
@@ -23,6 +23,14 @@ from rtbow.table import airy_table, shader_constants
 from rtbow.water import relative_index
 
 _ROWS_AT_A_TIME = 32
+_SECTION_MODULES = (
+    "airy", "airy_kernel", "arrays", "colour_bake", "compiled", "constants", "disc", "mie",
+    "mie_average", "mie_axes", "mie_build", "mie_store", "mie_table", "section_table", "sections",
+    "sizes", "table", "water",
+)  # fmt: skip
+"""What cross-sections follow from."""
+_KEPT_FILES = 32
+"""Files of colours in the cache: each camera and height of the sun makes one of its own."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +80,12 @@ def outcomes(
     """
     if drops.on_device:
         return _bake(gl, drops, light, theta, disc_rad, components=components)
+    # Imported here, with the compiler of what is summed on the CPU.
+    from rtbow.mie_store import COMPACT_FILE
+
     key = repr(
         (
-            source_digest("colour_bake", "sections", "mie_table", "mie_axes", "mie_store"),
+            source_digest(*_SECTION_MODULES), file_digest(COMPACT_FILE),
             drops.scattering.model_dump(), drops.radius_m.tobytes(),
             None if drops.mixture is None else
             (drops.mixture.radius_m.tobytes(), drops.mixture.share.tobytes()),
@@ -86,7 +97,8 @@ def outcomes(
     if kept is not None:
         return np.asarray(kept["outcomes"], dtype=np.float32)
     found = _from_sections(drops, light, theta, disc_rad, components=components, progress=progress)
-    keep_arrays("colours", key, {"outcomes": found})
+    if keep_arrays("colours", key, {"outcomes": found}):
+        forget_oldest("colours", _KEPT_FILES)
     return found
 
 
@@ -99,7 +111,6 @@ def _from_sections(
     drops: Drops, light: LightBasis, theta: Array, disc_rad: float, *,
     components: bool, progress: Progress,
 ) -> Float32:  # fmt: skip
-    # Imported here, with the compiler of what is summed on the CPU.
     from rtbow.sections import water_sections
 
     scattering, radii = drops.scattering, drops.radius_m

@@ -147,7 +147,8 @@ def light_basis(
     weights = colour_weights(spectrum, fine)  # (F, 3)
     tau = rayleigh_depth(fine.wavelength_nm) if column.high > 0.0 else np.zeros(len(weights))
     # Each wavelength counts by its greatest share in X, Y or Z, and none is lost altogether.
-    measure = (weights / weights.sum(axis=0)).max(axis=1) + 1e-6
+    total = weights.sum(axis=0)
+    measure = (weights / np.where(total > 0.0, total, 1.0)).max(axis=1) + 1e-6
     measure /= measure.sum()
     at = np.linspace(column.low, column.high, 129 if column.reach > 0.0 else 1)
     left = np.exp(-np.outer(at, tau))
@@ -326,7 +327,8 @@ def colour_table(
     own = basis.weights.sum(axis=1)[:, None, :]
     # In the dark, where there is nothing to divide, light falls off as the source itself.
     behind = basis.coefficients(floats([column.middle]))[0]
-    faint = 1e-6 * float((behind @ mean[:count, :, 1]).max() / (behind @ own[:count, :, 1]).max())
+    level = float((behind @ own[:count, :, 1]).max())
+    faint = 1e-6 * float((behind @ mean[:count, :, 1]).max()) / max(level, 1e-300)
     lit = mean + faint * own
 
     def logarithm(offsets: Array) -> Array:

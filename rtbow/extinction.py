@@ -167,7 +167,7 @@ def mean_extinction_towards(light: Sun | Lamp, volume: DropletVolume, field: Arr
     Returns:
         float32 (nz', ny', nx'): on at most MOST_POINTS points a side.
     """
-    counts = [min(max(n, LEAST_POINTS), MOST_POINTS) for n in volume.shape]
+    counts = [min(max(2 * n - 1, LEAST_POINTS), MOST_POINTS) for n in volume.shape]
     axes = [np.linspace(volume.box_m[0, a], volume.box_m[1, a], counts[a]) for a in range(3)]
     z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)

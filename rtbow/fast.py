@@ -11,7 +11,7 @@ from rtbow.fast_settings import settings_for
 from rtbow.fast_sun import FastSun
 from rtbow.fast_volume import kind_of
 from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes, volume_texture
-from rtbow.parts import moved_parts, scene_parts
+from rtbow.parts import Parts, moved_parts, scene_parts
 from rtbow.scene import Scene
 
 
@@ -38,22 +38,23 @@ class FastPass:
         even = self._parts.volume.uniform
         self._drops = None if even else volume_texture(gl, self._parts.moments())
         self._roaming = False
-        self._lights = self._make_lights(progress)
+        self._lights = self._make_lights(scene, self._parts, progress, roaming=False)
 
-    def _make_lights(self, progress: Progress) -> list[FastSun | FastLamp]:
-        scene, parts = self._scene, self._parts
+    def _make_lights(
+        self, scene: Scene, parts: Parts, progress: Progress, *, roaming: bool
+    ) -> list[FastSun | FastLamp]:
         settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
         suns = [
             FastSun(
                 self._gl, scene, parts, number, settings, self._drops, progress,
-                roaming=self._roaming,
+                roaming=roaming,
             )
             for number in range(len(parts.optics.suns))
         ]  # fmt: skip
         lamps = [
             FastLamp(
                 self._gl, scene, parts, number, settings, self._drops, progress,
-                roaming=self._roaming,
+                roaming=roaming,
             )
             for number in range(len(parts.optics.lamps))
         ]  # fmt: skip
@@ -69,11 +70,12 @@ class FastPass:
         """
         if not same_but_places(self._scene, scene):
             return False
-        self._parts, self._scene = moved_parts(self._parts, scene), scene
+        parts = moved_parts(self._parts, scene)
         # Those that could move are made anew, too, where one could not.
-        if not self._roaming or not all(one.move(scene, self._parts) for one in self._lights):
+        if not self._roaming or not all(one.move(scene, parts) for one in self._lights):
+            self._lights = self._make_lights(scene, parts, no_progress, roaming=True)
             self._roaming = True
-            self._lights = self._make_lights(no_progress)
+        self._parts, self._scene = parts, scene
         return True
 
     @property

@@ -7,6 +7,8 @@ drops are even, and what a few steps miss of uneven drops varies slowly over the
 
 from __future__ import annotations
 
+import math
+
 import moderngl
 import numpy as np
 
@@ -29,7 +31,9 @@ from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_scene import (
     bind_rain,
+    block_for,
     blocks_of,
+    check_loops,
     flag_target,
     march_rates,
     radius_rows,
@@ -46,10 +50,10 @@ from rtbow.lights import NEAREST_M
 from rtbow.parts import Parts
 from rtbow.scene import Scene
 from rtbow.section_table import running_integral
-from rtbow.steps import lamp_steps
+from rtbow.steps import lamp_steps, most_steps
 
-_AIR_STEPS = 4
-"""Steps through even drops in air."""
+_MOST_AIR_STEPS = 16
+"""Steps through even drops in air, at most."""
 _LEAST_TEXELS = 4.0
 """Range of the running integral that keeps its digits in float32."""
 _DISC_ROWS = 64
@@ -117,7 +121,7 @@ class FastLamp:
         degree = column_degree(basis, self._column, settings.colour)
         self.table = colour_table(fitted, basis, self._column, degree, chord)
         even = volume.uniform and parts.rain is None
-        self._block = 0 if even else settings.lamp_block
+        self._block = 0 if even else block_for(scene.camera, settings.lamp_block)
         defines: dict[str, Define] = {
             **scene_defines(scene, parts, self.table),
             "NEAREST_M": NEAREST_M,
@@ -125,7 +129,7 @@ class FastLamp:
             "LAMP_DISC": lamp.radius_m > 0.0,
             "BLOCK": self._block,
             "EVEN": even,
-            "EVEN_STEPS": _AIR_STEPS if air else 1,
+            "EVEN_STEPS": self._air_steps() if air and even else 1,
             "LEAST_TEXELS": _LEAST_TEXELS,
             "DISC_ROWS": _DISC_ROWS,
             "PARTS": True,
@@ -151,11 +155,15 @@ class FastLamp:
             return False
         moved = parts.optics.lamps[self._number].position_m
         if np.any(moved != self._parts.optics.lamps[self._number].position_m):
-            for program in self._marching:
-                bind_rain(program, parts.optics.lamps[self._number], parts)
+            bind_rain(self._gl, self._marching, parts.optics.lamps[self._number], parts)
         self._scene, self._parts = scene, parts
         self._place()
         return True
+
+    def _air_steps(self) -> int:
+        """Steps through even drops in air, a power of two: each halves the one before."""
+        wanted = most_steps(march_rates(self._parts, self._settings), self._parts.volume)
+        return min(max(1 << math.ceil(math.log2(wanted)), 2), _MOST_AIR_STEPS)
 
     def _reach(self, parts: Parts) -> Column:
         if not parts.optics.has_air:
@@ -180,7 +188,8 @@ class FastLamp:
             program.set("chordAxis", (table.first, table.per_chord))
             if drops_texture is not None:
                 program.bind("dropletMoments", drops_texture)
-            bind_rain(program, lamp, self._parts)
+        bind_rain(self._gl, self._marching, lamp, self._parts)
+        check_loops(self._scene, self._parts, self._settings, 2)
 
     def _place(self) -> None:
         """Set all that depends on where camera and lamp are."""
@@ -201,7 +210,7 @@ class FastLamp:
     def _make_nodes(self) -> None:
         blocks = blocks_of(self._scene.camera.size_px, self._block)
         ctx = self._gl.ctx
-        nodes = ctx.texture((blocks[0] + 1, blocks[1] + 1), 4, dtype="f4")
+        nodes = ctx.texture((blocks[0] + 3, blocks[1] + 3), 4, dtype="f4")
         nodes.repeat_x = nodes.repeat_y = False
         flags = flag_target(self._gl, blocks)
         self._flags.bind("nodes", nodes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -16,18 +16,21 @@ from rtbow.colour import XYZ_TO_RGB
 from rtbow.colour_bake import middle_radius
 from rtbow.colour_table import ColourTable
 from rtbow.context import GlContext
+from rtbow.errors import UnsuitedError
 from rtbow.fast_settings import FastSettings, hat_rows
 from rtbow.fast_volume import greatest_depth, radius_spread
-from rtbow.gl_program import GlProgram
+from rtbow.gl_program import GlProgram, volume_texture
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
 from rtbow.parts import Parts
-from rtbow.scene import Scene
+from rtbow.scene import Camera, Scene
 from rtbow.section_table import radius_axis
-from rtbow.spectral_layout import MAX_STEPS, matrix_literal
-from rtbow.steps import LEAST_RAIN_SAMPLES, StepRates, step_rates
+from rtbow.spectral_layout import MAX_STEPS, MOST_LOOPS, matrix_literal
+from rtbow.steps import LEAST_RAIN_SAMPLES, StepRates, lamp_steps, most_steps, step_rates
 from rtbow.volume import DropletVolume
 
+_WIDEST_BLOCK_DEG = 1.1
+"""Angle between nodes, at most: what they gather bends over several degrees."""
 _LEAST_STEPS = 12
 """Steps along any ray through a grid: on short ones a few cells' errors do not average out."""
 
@@ -139,13 +142,47 @@ def set_march(
     program.set("fixedSteps", scene.render.steps or 0)
 
 
-def bind_rain(program: GlProgram, light: Sun | Lamp, parts: Parts) -> None:
+def bind_rain(
+    gl: GlContext, programs: Sequence[GlProgram], light: Sun | Lamp, parts: Parts
+) -> None:
     """Upload the rain's depths towards a light, where the rain attenuates."""
     if parts.rain is not None and not parts.volume.uniform:
         from rtbow.extinction import mean_extinction_towards
 
         towards = mean_extinction_towards(light, parts.volume, parts.rain.field)
-        program.volume("rainToLight", towards[..., None])
+        depths = volume_texture(gl, towards[..., None])
+        for program in programs:
+            program.bind("rainToLight", depths)
+
+
+def block_for(camera: Camera, most: int) -> int:
+    """Give the pixels between nodes, fewer than ``most`` where they are wide; 0 for no nodes."""
+    pixel_deg = camera.fov_deg / camera.size_px[0]
+    block = min(most, int(_WIDEST_BLOCK_DEG / pixel_deg))
+    return block if block > 1 else 0
+
+
+def check_loops(scene: Scene, parts: Parts, settings: FastSettings, per_step: int) -> None:
+    """Check that a ray's march fits in one pass of a driver that counts loops.
+
+    Args:
+        scene: the scene.
+        parts: its parts.
+        settings: how coarse.
+        per_step: iterations of loops within a step, itself included.
+
+    Raises:
+        UnsuitedError: it does not.
+    """
+    rates = march_rates(parts, settings)
+    steps = scene.render.steps or most_steps(rates, parts.volume)
+    if parts.optics.lamps and scene.render.steps is None:
+        steps = max(steps, 2 * lamp_steps(rates, parts.volume))
+    if steps * per_step > MOST_LOOPS:
+        raise UnsuitedError(
+            f"{steps} steps along a ray are more than a shader's loops hold in one pass; use a"
+            " smaller render.steps, a coarser volume, or --method spectral, which takes several"
+        )
 
 
 def blocks_of(size_px: tuple[int, int], block: int) -> tuple[int, int]:

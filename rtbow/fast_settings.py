@@ -11,7 +11,7 @@ Kind = Literal["alike", "smooth", "rough"]
 """Whether drops are of one radius (or mixture), of radii that vary slowly over the grid's cells, or
 of radii that differ from each grid point to the next."""
 
-ROUGH = 0.08
+ROUGH = 0.05
 """Mean change of ln(radius) between neighbouring grid points from which a volume is rough."""
 
 
@@ -65,7 +65,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
     """Give settings that keep ΔE2000 within a bound at the 99th percentile of pixels.
 
     Each number was measured at the default bound by making all others finer
-    (``tools/fast_error.py``); others scale from there as their errors do.
+    (``python tools/fast_error.py``); others scale from there as their errors do.
 
     Args:
         delta_e: the bound.
@@ -76,13 +76,13 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
     finer = share**-0.5
     samples = {"alike": 0.75, "smooth": 1.5, "rough": 3.0}[kind]
     blocks = {"alike": (4, 8), "smooth": (2, 3), "rough": (0, 0)}[kind]
-    tight = delta_e < 0.5 * DEFAULT_DELTA_E
+    tight = share <= 0.5
     return FastSettings(
         share=share,
         samples_per_cell=samples * min(max(finer, 0.5), 2.5),
         samples_per_log_radius=24.0 * min(finer, 2.0) if kind == "rough" else 0.0,
         block=blocks[0] if share < 1.0 else (blocks[1] if share < 4.0 else 4 * (kind != "rough")),
-        bend=6e-3 * min(share, 4.0),
+        bend=1.2e-2 * min(share, 4.0),
         texels_per_fringe=6.0 * min(max(finer, 0.5), 2.0),
         texels_per_disc=12.0 * min(max(finer, 0.5), 2.0),
         wavelength_step_nm=(1.0 if tight else 2.0) if kind == "alike" else (2.5 if tight else 5.0),
@@ -91,7 +91,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         rows_per_fold=(100.0 if kind == "rough" else 11.0) * min(max(finer, 0.5), 2.5),
         colour=1e-3 * min(share, 4.0),
         lamp_block=0 if kind == "rough" else 4,
-        lamp_bend=2e-3 * min(share, 4.0),
+        lamp_bend=4e-3 * min(share, 4.0),
         lamp_scale=(1.5 if kind == "rough" else 1.0) * min(max(finer, 0.5), 2.5),
         few_steps=1,
     )

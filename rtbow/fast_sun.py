@@ -34,7 +34,9 @@ from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_scene import (
     bind_rain,
+    block_for,
     blocks_of,
+    check_loops,
     flag_target,
     march_rates,
     radius_rows,
@@ -50,14 +52,17 @@ from rtbow.glsl import Define
 from rtbow.lights import Sun
 from rtbow.parts import Parts, cone_range
 from rtbow.scene import Scene
+from rtbow.steps import most_steps
 
-_DIRECT_SAMPLES = 4
-"""Midpoint samples of the air along a ray through an even volume."""
+_MOST_DIRECT = 64
+"""Midpoint samples of the air along a ray through an even volume, at most."""
 
 
 _WINDOW = 1.0
 """Steps of air column that tables for moving suns lie apart."""
 _ROAMING_DEGREE = 2
+_WORST_FIT = 5.0
+"""Of the error allowed to the fit of the air's colours: what cannot be followed is refused."""
 _TABLES = 6
 """Tables that are kept for suns that move to and fro."""
 _GROUPS = 7
@@ -118,7 +123,7 @@ class FastSun:
         self.table = colours.table
         # Across the edge of the Earth's shadow a few samples would not do.
         even = volume.uniform and parts.rain is None and columns.cubic is not None
-        self._block = 0 if even else settings.block
+        self._block = 0 if even else block_for(scene.camera, settings.block)
         rows = self.table.rows
         self._groups = min(-(-rows // 4), _GROUPS) if rows > 1 and self._block else 0
         self._defines: dict[str, Define] = {
@@ -126,9 +131,9 @@ class FastSun:
             "SUN": True,
             "NODES": False,
             "PARTS": False,
-            **self._air_defines(columns, colours.grey),
+            **self._air_defines(parts, columns, colours.grey),
             "BLOCK": self._block,
-            "DIRECT": (_DIRECT_SAMPLES if optics.has_air else 1) if even else 0,
+            "DIRECT": self._direct_samples() if even else 0,
             "HAT_GROUPS": self._groups,
         }
         self._compose = GlProgram(gl, "fast_sun.frag", self._defines)
@@ -142,9 +147,12 @@ class FastSun:
         for program in self._marching:
             if drops_texture is not None:
                 program.bind("dropletMoments", drops_texture)
-            if self._defines["SHADOW"]:
-                program.texture("columnTable", atmosphere.column_table().log_column)
-            bind_rain(program, optics.suns[number], parts)
+        if self._defines["SHADOW"]:
+            column_texture = row_texture(gl, atmosphere.column_table().log_column)
+            for program in self._marching:
+                program.bind("columnTable", column_texture)
+        bind_rain(gl, self._marching, optics.suns[number], parts)
+        check_loops(scene, parts, settings, 1 + self._groups)
         self._place(columns, colours)
 
     def move(self, scene: Scene, parts: Parts) -> bool:
@@ -158,15 +166,21 @@ class FastSun:
         kept = {name: self._defines[name] for name in ("NEAR_AIR", "SHADOW")}
         if colours.table.degree != self.table.degree:
             return False
-        if self._air_defines(columns, colours.grey) != kept:
+        if self._air_defines(parts, columns, colours.grey) != kept:
             return False
         turned = parts.optics.suns[self._number].direction
         if np.any(turned != self._parts.optics.suns[self._number].direction):
-            for program in self._marching:
-                bind_rain(program, parts.optics.suns[self._number], parts)
+            bind_rain(self._gl, self._marching, parts.optics.suns[self._number], parts)
         self._scene, self._parts = scene, parts
         self._place(columns, colours)
         return True
+
+    def _direct_samples(self) -> int:
+        """Samples of the air along any ray through even drops: within 1e-4 of the light."""
+        if not self._parts.optics.has_air:
+            return 1
+        wanted = most_steps(march_rates(self._parts, self._settings), self._parts.volume)
+        return min(max(wanted, 2), _MOST_DIRECT)
 
     def _columns(self, parts: Parts) -> SunColumns:
         """Columns of the scene, in a range that its tables cover."""
@@ -178,9 +192,9 @@ class FastSun:
             return found
         return SunColumns(found.column.window(_WINDOW), found.cubic)
 
-    def _air_defines(self, columns: SunColumns, grey: float) -> dict[str, Define]:
-        air, shadow = self._parts.optics.has_air, columns.cubic is None
-        near = air and not shadow and is_near(self._box, self._parts.eye_m, columns.column, grey)
+    def _air_defines(self, parts: Parts, columns: SunColumns, grey: float) -> dict[str, Define]:
+        air, shadow = parts.optics.has_air, columns.cubic is None
+        near = air and not shadow and is_near(self._box, parts.eye_m, columns.column, grey)
         return {"NEAR_AIR": near, "SHADOW": air and shadow}
 
     def _bake(self, column: Column, building: Progress) -> None:
@@ -212,6 +226,11 @@ class FastSun:
             if self._roaming and degree:
                 degree = max(degree, _ROAMING_DEGREE)
             table = colour_table(self._outcomes, self._basis, column, degree, self._chord)
+            if table.fit_error > _WORST_FIT * self._settings.colour:
+                raise UnsuitedError(
+                    "atmosphere: the air between light, drops and eye differs so much that method"
+                    " fast does not follow its colours; use --method spectral"
+                )
             texture = row_texture(self._gl, table.values)
             self._tables[column] = _Colours(table, texture, self._basis.grey(column.middle))
             if len(self._tables) > _TABLES:
@@ -259,7 +278,7 @@ class FastSun:
 
     def _make_nodes(self) -> _Nodes:
         blocks = blocks_of(self._scene.camera.size_px, self._block)
-        size = blocks[0] + 1, blocks[1] + 1
+        size = blocks[0] + 3, blocks[1] + 3  # a ring more than the blocks' corners
         ctx = self._gl.ctx
         air, rain = self._parts.optics.has_air, self.table.rain
         nodes = ctx.texture(size, 4 if rain else (2 if air else 1), dtype="f4")
@@ -290,7 +309,10 @@ class FastSun:
         programs = [self._compose]
         if self._nodes is not None:
             programs += [self._path, self._flags]
-        return [one for program in programs for one in program.textures.values()]
+        if self._groups:
+            programs.append(self._hats)
+        kept: list[Texture] = [colours.texture for colours in self._tables.values()]
+        return kept + [one for program in programs for one in program.textures.values()]
 
     def draw(self, target: FrameTarget, *, add: bool) -> None:
         """Draw its light into a frame, adding to what is there or in its place."""

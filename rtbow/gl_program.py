@@ -92,9 +92,9 @@ def row_texture(gl: GlContext, data: NDArray[Any], *, linear: bool = True) -> mo
     """
     if max(data.shape[:2]) > gl.limits.texture_2d:
         raise UnsuitedError(
-            f"a table of {data.shape[0]} x {data.shape[1]} texels; this GL device ({gl.renderer})"
-            f" takes up to {gl.limits.texture_2d} a side; use a narrower range of radii, a larger"
-            " render.max_delta_e, or --method reference"
+            f"a table of {data.shape[0]} x {data.shape[1]} texels; this GL device"
+            f" ({gl.renderer}) takes up to {gl.limits.texture_2d} a side; use a narrower range of"
+            " radii, or --method reference"
         )
     rows, columns = data.shape[:2]
     channels = data.shape[2] if data.ndim == 3 else 1
@@ -145,7 +145,14 @@ class FrameTarget:
         self._gl = gl
         self.size_px = size_px
         self.texture = gl.ctx.texture(size_px, 4, dtype="f4")
-        self._frame = gl.ctx.framebuffer([self.texture])
+        try:
+            self._frame = gl.ctx.framebuffer([self.texture])
+        except moderngl.Error as error:
+            raise UnavailableError(
+                f"this GL device ({gl.renderer}) draws into no float32 texture of"
+                f" {size_px[0]} x {size_px[1]} pixels ({error}); render smaller, choose another"
+                " --backend, or render with --method reference"
+            ) from error
 
     def begin(self, *, clear: bool = True) -> moderngl.Framebuffer:
         """Bind the frame, all black if it is cleared."""
@@ -153,7 +160,7 @@ class FrameTarget:
         self._frame.scissor = (0, 0, *self.size_px)
         if clear:
             self._frame.clear()
-        self._gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        self._gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
         return self._frame
 
     def use(self) -> None:

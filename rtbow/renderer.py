@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Literal, Self, get_args
 
@@ -129,16 +129,21 @@ class Renderer:
         """Take over another scene from the next frame on; what is alike is kept.
 
         Where only camera and lights have moved, method ``fast`` keeps its tables and programs.
+
+        Raises:
+            InputError, UnavailableError, RtbowError: as :meth:`render`; the scene stays as it was.
         """
-        parts = scene.parts()
+        if self._closed:
+            raise RtbowError("this Renderer is closed; make another")
+        parts = [part for part, _ in scene.parts()]
         kept: dict[Method, list[SpectralPass | FastPass]] = {}
         if self._context is not None:
-            with self._context.current():
+            with self._translated(scene), self._context.current():
                 for method, passes in self._passes.items():
-                    if len(parts) == len(passes) and all(
-                        one.move(part) for one, (part, _) in zip(passes, parts, strict=True)
-                    ):
-                        kept[method] = passes
+                    # What the method cannot draw there is found out anew when it is asked for.
+                    with suppress(UnsuitedError):
+                        if len(parts) == len(passes) and all(map(_move, passes, parts)):
+                            kept[method] = passes
         self._passes, self.scene = kept, scene
 
     @property
@@ -170,23 +175,28 @@ class Renderer:
 
         The device's own errors become ours.
         """
-        import moderngl
-
         from rtbow.context import open_context
 
         if self._context is None:
             self._context = open_context(self._backend)
+        with self._translated(self.scene), self._context.current():
+            if method not in self._passes:
+                self._passes[method] = self._make_passes(self._context, method, building)
+            passes = self._passes[method]
+            self.method_used = passes[0].method
+            yield passes
+
+    @contextmanager
+    def _translated(self, scene: Scene) -> Iterator[None]:
+        """Turn the device's own errors into ours."""
+        import moderngl
+
         try:
-            with self._context.current():
-                if method not in self._passes:
-                    self._passes[method] = self._make_passes(self._context, method, building)
-                passes = self._passes[method]
-                self.method_used = passes[0].method
-                yield passes
+            yield
         except moderngl.Error as error:
-            width, height = self.scene.camera.size_px
+            width, height = scene.camera.size_px
             raise UnavailableError(
-                f"this GL device ({self._context.renderer}) cannot hold {width} x {height} pixels"
+                f"this GL device ({self.gl_renderer}) cannot hold {width} x {height} pixels"
                 f" or the volume ({error}); render smaller, use a coarser volume, or render with"
                 " --method reference"
             ) from error
@@ -225,3 +235,7 @@ class Renderer:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _move(one: SpectralPass | FastPass, scene: Scene) -> bool:
+    return one.move(scene)

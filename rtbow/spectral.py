@@ -22,6 +22,7 @@ from rtbow.section_table import SectionTable, angle_axis, section_table
 from rtbow.spectral_layout import (
     LAMP_DEPTH_SAMPLES,
     MAX_STEPS,
+    MOST_LOOPS,
     bow_edges,
     shader_defines,
     spectral_rows,
@@ -35,9 +36,6 @@ if TYPE_CHECKING:
     from rtbow.extinction import RainExtinction
     from rtbow.sections import Sections
 
-_LOOPS = 65_000
-"""Loop iterations of one pixel, at most: Mesa's CPU driver ends all of a shader's loops after
-65,535 in sum, silently."""
 _LOOP_BUDGET = 45_000
 """Loop iterations of one pixel in one pass; longer marches are drawn in several that add up. The
 rest is left to the sums of the rain's depth, which each pass begins anew."""
@@ -95,7 +93,7 @@ class SpectralPass:
         # several samples a step for each lamp.
         suns = 1 if optics.suns else 0
         prefix = self._steps * (suns + len(optics.lamps) * (1 + LAMP_DEPTH_SAMPLES))
-        if prefix > _LOOPS - _LOOP_BUDGET:
+        if prefix > MOST_LOOPS - _LOOP_BUDGET:
             raise InputError(
                 f"{self._steps} steps along a ray through rain that attenuates, for"
                 f" {len(self._scene.light)} lights, are more than a shader's loops hold; use a"

@@ -22,6 +22,9 @@ from rtbow.table import NEAR_S_FIXED, NEAR_Z_LOW, POLE_DISTANCE, shader_constant
 from rtbow.volume import DropletVolume
 
 MAX_STEPS = 1 << 20
+MOST_LOOPS = 65_000
+"""Loop iterations of one pixel, at most: Mesa's CPU driver ends all of a shader's loops after
+65,535 in sum, silently."""
 LAMP_DEPTH_SAMPLES = 4
 """Samples of the rain's extinction within a step at a lamp, which may be long in distance."""
 _MAX_SECTIONS = 128

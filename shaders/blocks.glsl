@@ -7,17 +7,19 @@
 const Number MISS = -1.0;           // stored where a node's ray misses the rain
 
 vec2 nodePixel(vec2 fragment) {
-    return (fragment - 0.5) * float(BLOCK);
+    // One ring of nodes lies outside of the picture.
+    return (fragment - 1.5) * float(BLOCK);
 }
 
 // Texture coordinate of a pixel among the nodes.
 vec2 nodePlace(vec2 pixel, sampler2D nodes) {
-    return (pixel / float(BLOCK) + 0.5) / vec2(textureSize(nodes, 0));
+    return (pixel / float(BLOCK) + 1.5) / vec2(textureSize(nodes, 0));
 }
 
-// Error of a linear interpolation half-way between b and c, from the nodes beyond them; where one of
-// these misses, a part of their difference.
+// Error of a linear interpolation half-way between b and c at most, from the nodes beyond them: a kink
+// there is a quarter of its second difference. Where one of these misses, a part of their difference.
 vec4 bend(vec4 a, vec4 b, vec4 c, vec4 d) {
-    return a.x < 0.0 || d.x < 0.0 ? 0.125 * abs(c - b) : (1.0 / 16.0) * abs(a - b - c + d);
+    return a.x < 0.0 || d.x < 0.0 ? 0.25 * abs(c - b)
+                                  : 0.25 * max(abs(a - 2.0 * b + c), abs(b - 2.0 * c + d));
 }
 #endif

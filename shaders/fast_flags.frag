@@ -16,11 +16,11 @@ out vec4 flag;                      // flagged; first and last group over 255
 
 void main() {
     ivec2 last = textureSize(nodes, 0) - 1;
-    ivec2 corner = ivec2(gl_FragCoord.xy);
+    ivec2 corner = ivec2(gl_FragCoord.xy) + 1;
     vec4 n[16];
     for (int y = 0; y < 4; ++y) {
         for (int x = 0; x < 4; ++x) {
-            n[4 * y + x] = texelFetch(nodes, clamp(corner + ivec2(x - 1, y - 1), ivec2(0), last), 0);
+            n[4 * y + x] = texelFetch(nodes, corner + ivec2(x - 1, y - 1), 0);
         }
     }
     vec4 error = max(bend(n[4], n[5], n[6], n[7]), bend(n[8], n[9], n[10], n[11]))
@@ -34,7 +34,8 @@ void main() {
     error.x /= max(level, 1.0e-30);
 #endif
     bool rough = most > 0.0 && any(greaterThan(error, tolerance));
-    bool edge = least < 0.0 && most >= 0.0;
+    // Pixels between nodes that all miss may hit a thin part of the rain.
+    bool edge = least < 0.0;
     flag = vec4(edge || rough ? 1.0 : 0.0, 0.0, 0.0, 0.0);
 #if SEVERAL_RADII
     int first = HAT_GROUPS - 1;

@@ -28,7 +28,7 @@ out vec4 radiance;
 Tristimulus hatLight(Number texel, Number perpendicular, vec2 groups) {
     vec2 size = vec2(textureSize(hats, 0));
     float rows = size.y / float(HAT_GROUPS);
-    vec2 at = gl_FragCoord.xy / float(BLOCK) + 0.5;
+    vec2 at = gl_FragCoord.xy / float(BLOCK) + 1.5;
     Tristimulus light = vec3(0.0);
     float g = groups.x;
     do {
@@ -82,8 +82,8 @@ void main() {
 #endif
 #if BLOCK
         if (!flagged) {
-            vec4 smooth_ = textureLod(nodes, nodePlace(gl_FragCoord.xy, nodes), 0.0);
-            path = SunPath(smooth_.x, smooth_.y, smooth_.z);
+            vec4 between = textureLod(nodes, nodePlace(gl_FragCoord.xy, nodes), 0.0);
+            path = SunPath(between.x, between.y, between.z);
 #if SEVERAL_RADII
             light = along * hatLight(texel, perpendicular, 255.0 * flag.gb);
 #endif

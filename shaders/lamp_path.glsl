@@ -70,7 +70,9 @@ Tristimulus meanColour(LampRay lamp, Length from, Length to, Length middle, Angl
 #endif
     // A range of less than a few texels is too narrow for a difference in float32, and is widened.
     if (texels.y - texels.x < LEAST_TEXELS) {
-        Number centre = 0.5 * (texels.x + texels.y);
+        Number last = float(textureSize(runningColours, 0).x - 1);
+        Number centre = clamp(0.5 * (texels.x + texels.y), 0.5 * LEAST_TEXELS,
+                              last - 0.5 * LEAST_TEXELS);
         texels = centre + vec2(-0.5, 0.5) * LEAST_TEXELS;
         turn = LEAST_TEXELS / (chordAxis.y * slope);
     }

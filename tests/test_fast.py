@@ -495,6 +495,7 @@ def see_no_disc(monkeypatch):
 def coarser(**changes: Any) -> Callable[[Any], None]:
     def patch(monkeypatch: Any) -> None:
         monkeypatch.setattr(rtbow.fast_scene, "_LEAST_STEPS", 1)
+        monkeypatch.setattr(rtbow.fast_scene, "_WIDEST_BLOCK_DEG", 90.0)
         real = rtbow.fast.settings_for
         monkeypatch.setattr(
             rtbow.fast, "settings_for", lambda *a, **m: replace(real(*a, **m), **changes)

@@ -76,7 +76,8 @@ def make(
         drops = {"file": save_grid(folder, several)}
     parts = {
         "camera": {
-            "size_px": [20, 12], "altitude_deg": 20.0, "polarizer_deg": 30.0 if polarizer else None
+            "size_px": [20, 12], "fov_deg": 4.0, "altitude_deg": 20.0,
+            "polarizer_deg": 30.0 if polarizer else None,
         },
         "light": [dict(light)],
         "droplets": drops | ({"extinction": True} if rain else {}),
@@ -145,8 +146,6 @@ def sun_shapes() -> Iterator[dict[str, Define]]:
         even = not drops[0] and not rain[0] and not air["SHADOW"]
         if even and block:
             continue
-        if not even and not block and not drops[1]:
-            continue  # only drops of many radii do without nodes
         # Loops over degrees and groups are alike in all of these: each shape has some other.
         degree = 1 + number % 5 if air["AIR"] else 0
         groups = 1 + number % 7 if drops[1] and block else 0
@@ -163,8 +162,6 @@ def lamp_shapes() -> Iterator[dict[str, Define]]:
     every = product(DROPS, RAINS, (False, True), (False, True), (False, True), BLOCKS)
     for number, (drops, rain, polarizer, air, disc, block) in enumerate(every):
         even = not drops[0] and not rain[0]
-        if block == 0 and not even and not drops[1]:
-            continue  # only drops of many radii do without nodes
         if block and even:
             continue
         yield {
@@ -326,7 +323,7 @@ def test_a_point_lamp_has_no_disc(programs):
 @pytest.mark.parametrize("rain", [False, True])
 def test_the_programs_of_a_scene_are_shapes_that_were_compiled(programs, light, rain):
     wanted = list(sun_shapes() if light is SUN else lamp_shapes())
-    free = {"COLUMN_DEGREE", "HAT_GROUPS", "RADIUS_ROWS", "BLOCK"}
+    free = {"COLUMN_DEGREE", "HAT_GROUPS", "RADIUS_ROWS", "BLOCK", "DIRECT", "EVEN_STEPS"}
     known = {tuple(sorted((k, v) for k, v in shape.items() if k not in free)) for shape in wanted}
     for switches in ({}, {"grid": True}, {"several": True}, {"air": True, "polarizer": True}):
         compose = programs(light, rain=rain, **switches)[0].defines
