@@ -128,6 +128,21 @@ class LightBasis:
         return float(left @ self.tau / max(float(left.sum()), 1e-300))
 
 
+def mean_column_error(basis: LightBasis, column: Column) -> float:
+    """Bound the relative error of taking a path's light to be behind its mean column.
+
+    Of second order: half the column's variance along the path, that of even spread over the whole
+    range at most, times the variance of the depth per column over the spectrum of X, Y or Z.
+    """
+    coefficients = basis.coefficients(floats([column.middle]))[0]
+    tau = rayleigh_depth(basis.wavelength_nm)
+    weights = np.tensordot(coefficients, basis.weights[: len(coefficients)], axes=1)  # (W, 3)
+    total = weights.sum(axis=0)
+    share = weights / np.where(total > 0.0, total, 1.0)
+    variance = tau**2 @ share - (tau @ share) ** 2
+    return float(variance.max()) * (2.0 * column.reach) ** 2 / 24.0
+
+
 def light_basis(
     spectrum: Spectrum,
     step_nm: float,

@@ -28,6 +28,7 @@ from rtbow.colour_table import (
     fringe_step,
     hat_fit,
     light_basis,
+    mean_column_error,
     unfolded,
 )
 from rtbow.context import GlContext
@@ -226,7 +227,8 @@ class FastSun:
             if self._roaming and degree:
                 degree = max(degree, _ROAMING_DEGREE)
             table = colour_table(self._outcomes, self._basis, column, degree, self._chord)
-            if table.fit_error > _WORST_FIT * self._settings.colour:
+            error = max(table.fit_error, mean_column_error(self._basis, column))
+            if error > _WORST_FIT * self._settings.colour:
                 raise UnsuitedError(
                     "atmosphere: the air between light, drops and eye differs so much that method"
                     " fast does not follow its colours; use --method spectral"
