@@ -1,6 +1,6 @@
 """Make scenes/drizzle.npz: drizzle in a street, in gusts that the wind has drawn out.
 
-    python tools/make_drizzle.py scenes/drizzle.npz
+python tools/make_drizzle.py scenes/drizzle.npz
 """
 
 from __future__ import annotations
