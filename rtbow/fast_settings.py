@@ -80,7 +80,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
     return FastSettings(
         share=share,
         samples_per_cell=samples * min(max(finer, 0.5), 2.5),
-        samples_per_log_radius=24.0 * min(finer, 2.0) if kind == "rough" else 0.0,
+        samples_per_log_radius=24.0 * min(finer, 2.0),
         block=blocks[0] if share < 1.0 else (blocks[1] if share < 4.0 else 4 * (kind != "rough")),
         bend=1.2e-2 * min(share, 4.0),
         texels_per_fringe=6.0 * min(max(finer, 0.5), 2.0),

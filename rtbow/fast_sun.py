@@ -71,7 +71,7 @@ _GROUPS = 7
 
 
 _TOO_FINE = (
-    "light.angular_diameter_deg = 0: drops under a point of light show fringes that method fast"
+    "light.N.angular_diameter_deg = 0: drops under a point of light show fringes that method fast"
     " does not follow; use --method spectral, or give the light a diameter"
 )
 

@@ -10,9 +10,9 @@ from rtbow.steps import (
     SAMPLES_PER_CELL,
     SAMPLES_PER_LOG_RADIUS,
     StepRates,
-    _roughness,
     lamp_steps,
     most_steps,
+    roughness,
     step_rates,
 )
 from rtbow.volume import DropletVolume, build_volume
@@ -46,17 +46,17 @@ def drawn(low_um, high_um):
 
 class TestRoughness:
     def test_none_in_a_uniform_volume(self):
-        assert _roughness(volume(500.0, shape=(1, 1, 1))) == 0.0
+        assert roughness(volume(500.0, shape=(1, 1, 1))) == 0.0
 
     def test_none_for_drops_of_one_radius(self, rng):
-        assert _roughness(volume(500.0)) == 0.0
-        assert _roughness(volume(500.0, rng.uniform(0.0, 1000.0, SHAPE))) == 0.0
+        assert roughness(volume(500.0)) == 0.0
+        assert roughness(volume(500.0, rng.uniform(0.0, 1000.0, SHAPE))) == 0.0
 
     def test_none_without_drops(self):
-        assert _roughness(volume([100.0, 200.0, 300.0, 400.0, 500.0], 0.0)) == 0.0
+        assert roughness(volume([100.0, 200.0, 300.0, 400.0, 500.0], 0.0)) == 0.0
 
     def test_grows_with_contrast(self):
-        found = [_roughness(drawn(500.0 - d, 500.0 + d)) for d in (1.0, 10.0, 50.0, 200.0, 400.0)]
+        found = [roughness(drawn(500.0 - d, 500.0 + d)) for d in (1.0, 10.0, 50.0, 200.0, 400.0)]
         assert found[0] > 0.0
         assert np.all(np.diff(found) > 0.0)
 
@@ -68,11 +68,11 @@ class TestRoughness:
         pairs = np.sqrt(weight[1:] * weight[:-1]).sum()
         share = counts[2] / 4 * pairs
         others = (counts[0] / 5 + counts[1] / 5) * weight.sum()
-        assert _roughness(up) == pytest.approx(np.log(2.0) * share / (share + others), rel=1e-5)
+        assert roughness(up) == pytest.approx(np.log(2.0) * share / (share + others), rel=1e-5)
 
     def test_does_not_depend_on_the_scale(self):
         radius = np.random.default_rng(1).uniform(100.0, 200.0, SHAPE)
-        assert _roughness(volume(5.0 * radius)) == pytest.approx(_roughness(volume(radius)))
+        assert roughness(volume(5.0 * radius)) == pytest.approx(roughness(volume(radius)))
 
     def test_empty_points_do_not_count(self):
         number = np.full(SHAPE, 1000.0)
@@ -80,7 +80,7 @@ class TestRoughness:
         radius = np.full(SHAPE, 500.0)
         radius[4:] = np.random.default_rng(1).uniform(1.0, 5000.0, radius[4:].shape)
         radius[0, 0, 0] = 501.0  # so that there is something to weigh
-        assert _roughness(volume(radius, number)) < 1e-4
+        assert roughness(volume(radius, number)) < 1e-4
 
 
 class TestRates:
@@ -96,7 +96,7 @@ class TestRates:
         factor = step_rates(rough, optics()).cells_per_metre / (
             step_rates(volume(500.0), optics()).cells_per_metre
         )
-        expected = 1.0 + SAMPLES_PER_LOG_RADIUS / SAMPLES_PER_CELL * _roughness(rough)
+        expected = 1.0 + SAMPLES_PER_LOG_RADIUS / SAMPLES_PER_CELL * roughness(rough)
         np.testing.assert_allclose(factor, expected)
         assert expected > 3.0
 
