@@ -18,7 +18,7 @@ from rtbow.colour_table import ColourTable
 from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_settings import FastSettings, hat_rows
-from rtbow.fast_volume import greatest_depth, radius_spread
+from rtbow.fast_volume import greatest_depth, kind_of, light_range_um, radius_spread
 from rtbow.gl_program import GlProgram, volume_texture
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
@@ -31,6 +31,8 @@ from rtbow.volume import DropletVolume
 
 _WIDEST_BLOCK_DEG = 1.1
 """Angle between nodes, at most: what they gather bends over several degrees."""
+_LEFT_OUT = 2e-5
+"""Share of the light at each end of the radii whose drops count at the last row's radius."""
 _LEAST_STEPS = 12
 """Steps along any ray through a grid: on short ones a few cells' errors do not average out."""
 
@@ -52,7 +54,11 @@ class RadiusRows:
 
 def radius_rows(volume: DropletVolume, settings: FastSettings) -> RadiusRows:
     """Choose the radii of a volume's tables."""
-    radii = radius_axis(volume.size_range_um, volume.sizes, settings.row_step).radius_m
+    range_um = volume.size_range_um
+    if kind_of(volume) == "smooth":
+        # A few drops at the ends, which hardly count, would take many rows.
+        range_um = light_range_um(volume, _LEFT_OUT)
+    radii = radius_axis(range_um, volume.sizes, settings.row_step).radius_m
     fine, middle = np.log(radii), float(np.log(middle_radius(radii)))
     if len(fine) == 1:
         return RadiusRows(fine, fine, middle)

@@ -88,7 +88,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         wavelength_step_nm=(1.0 if tight else 2.0) if kind == "alike" else (2.5 if tight else 5.0),
         row_step=0.015 if share >= 1.0 else 0.01,
         # Where no nodes keep weights of rows, rows cost nothing.
-        rows_per_fold=(100.0 if kind == "rough" else 13.5) * min(max(finer, 0.5), 2.5),
+        rows_per_fold=(100.0 if kind == "rough" else 13.0) * min(max(finer, 0.5), 2.5),
         colour=1e-3 * min(share, 4.0),
         lamp_block=0 if kind == "rough" else 4,
         lamp_bend=4e-3 * min(share, 4.0),

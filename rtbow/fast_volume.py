@@ -47,6 +47,16 @@ def kind_of(volume: DropletVolume) -> Kind:
     return "rough" if roughness(volume) > ROUGH else "smooth"
 
 
+def light_range_um(volume: DropletVolume, share: float) -> tuple[float, float]:
+    """Give the radii, µm, beyond each of which drops have no more than a share of the light."""
+    filled = volume.number_per_m3 > 0.0
+    log = np.log(volume.radius_um[filled].astype(np.float64))
+    order = np.argsort(log)
+    light = np.cumsum(volume.number_per_m3[filled][order] * np.exp(RADIUS_POWER * log[order]))
+    low, high = np.interp([share, 1.0 - share], light / light[-1], log[order])
+    return float(np.exp(low)), float(np.exp(high))
+
+
 def radius_spread(volume: DropletVolume) -> float:
     """Give how much radii differ along a ray: the deviation of ln(radius) along the grid's lines,
     weighted by the light of their drops, of the median line."""

@@ -93,7 +93,8 @@ SunPath gatherSun(Direction ray, vec2 span, int count RADII) {
         sums.column += reach * column;
         sums.depth += reach * depth;
 #if SEVERAL_RADII
-        gatherRow(radii, reach, (logRadius - radiusRows.x) * radiusRows.y);
+        Number row = (logRadius - radiusRows.x) * radiusRows.y;
+        gatherRow(radii, reach, clamp(row, 0.0, float(RADIUS_ROWS - 1)));
 #endif
     }
     Number whole = 1.0 / max(sums.weight, 1.0e-30);
