@@ -9,30 +9,25 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtbow.cli_options import progress_bar
+from rtbow.cli_options import (
+    WholeNumber,
+    backend_option,
+    max_delta_e_option,
+    progress_bar,
+    quiet_option,
+    set_option,
+    size_option,
+)
 
 if TYPE_CHECKING:
     from rtbow.arrays import Progress
     from rtbow.bench import BenchRow, Plan, Show
 
-    _SizeType = click.ParamType[tuple[int, int]]
     _CountType = click.ParamType[int | str]
 else:  # generic since click 8.4 alone
-    _SizeType = _CountType = click.ParamType
+    _CountType = click.ParamType
 
 _ALL = "all"
-
-
-class _FrameSize(_SizeType):
-    name = "WxH"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        """Parse ``640x360``."""
-        from rtbow.cli import Size  # which imports this module
-
-        return Size().convert(value, param, ctx)
 
 
 class _Count(_CountType):
@@ -54,12 +49,7 @@ class _Count(_CountType):
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
 @click.option("--json", "json_file", metavar="FILE", help="Write all numbers: .json.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw speed against error: .png or .svg.")
-@click.option(
-    "--size",
-    type=_FrameSize(),
-    metavar="WxH",
-    help="Width and height in pixels; left out: 640x360.",
-)
+@size_option("Width and height in pixels; left out: 640x360.")
 @click.option(
     "--method",
     "methods",
@@ -67,24 +57,13 @@ class _Count(_CountType):
     metavar="METHOD",
     help="Such as spectral. May be repeated; left out: all methods of the shader.",
 )
-@click.option(
-    "--max-delta-e",
-    "tolerances",
-    type=float,
-    multiple=True,
-    metavar="DE",
-    help="Largest error that method fast may make, a row each. May be repeated.",
+@max_delta_e_option(
+    "Largest error that method fast may make, a row each. May be repeated.", multiple=True
 )
-@click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="KEY.PATH=VALUE",
-    help="Replace any scene key, such as droplets.extinction=true. May be repeated.",
-)
+@set_option("droplets.extinction=true")
 @click.option(
     "--frames",
-    type=click.IntRange(3, 10_000),
+    type=WholeNumber(3, 10_000),
     metavar="N",
     help="Timed frames of each row; left out: 9 to 99, or 3 where one takes over 5 s.",
 )
@@ -94,13 +73,7 @@ class _Count(_CountType):
     metavar="N|all",
     help="Pixels compared with the reference; 0: none; left out: 400.",
 )
-@click.option(
-    "--backend",
-    type=click.Choice(["auto", "egl", "osmesa", "window"]),
-    default="auto",
-    show_default=True,
-    help="How to get a GL context.",
-)
+@backend_option
 @click.option(
     "--scaling", is_flag=True, help="Time one scene over pixels, steps, grid points and lights."
 )
@@ -110,14 +83,14 @@ class _Count(_CountType):
     metavar="S",
     help="Time that a point of --scaling may take; left out: 60.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+@quiet_option
 def bench(
     scenes: tuple[str, ...],
     json_file: str | None,
     plot_file: str | None,
     size: tuple[int, int] | None,
     methods: tuple[str, ...],
-    tolerances: tuple[float, ...],
+    max_delta_e: tuple[float, ...],
     settings: tuple[str, ...],
     frames: int | None,
     error_pixels: int | str | None,
@@ -151,7 +124,7 @@ def bench(
         raise InputError("--plot: speed is drawn against error; leave --error-pixels 0 out")
     if not scaling and scaling_limit_s is not None:
         raise InputError("--scaling-limit-s goes with --scaling; add it")
-    plan = _plan(size, methods, tolerances, settings, frames, error_pixels, backend)
+    plan = _plan(size, methods, max_delta_e, settings, frames, error_pixels, backend)
     rows = _measured(scenes, plan, scaling, scaling_limit_s, _shown(quiet))
     written = []
     if json_file is not None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtbow.cli_options import Numbers, progress_bar
+from rtbow.cli_options import Numbers, Option, Verb, progress_bar, quiet_option, two_sides
 from rtbow.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:
@@ -18,8 +17,6 @@ if TYPE_CHECKING:
 else:  # generic since click 8.4 alone
     _RasterType = click.ParamType
 
-_Verb = TypeVar("_Verb", bound=Callable[..., Any])
-
 
 class _Raster(_RasterType):
     name = "RxA"
@@ -28,13 +25,10 @@ class _Raster(_RasterType):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[int, int]:
         """Parse ``300x400``."""
-        if isinstance(value, tuple):
-            return int(value[0]), int(value[1])
-        sides = str(value).lower().split("x")
-        if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
+        sides = two_sides(value)
+        if sides is None:
             self.fail(f"{value!r} is not a size; write radii and angles such as 300x400", param)
-        # Ten digits tell enough; Python refuses to read thousands.
-        return int(sides[0][:10]), int(sides[1][:10])
+        return sides
 
 
 def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup:
@@ -44,9 +38,9 @@ def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup
     return Setup(theories, disc, spread, temperature)  # type: ignore[arg-type]
 
 
-def _shared(theory: str) -> Callable[[_Verb], _Verb]:
+def _shared(theory: str) -> Option:
     """Add the options that every chart has."""
-    options = [
+    options: list[Option] = [
         click.option("-o", "--output", required=True, metavar="OUT", help="Where: .png or .svg."),
         click.option(
             "--theory",
@@ -79,10 +73,10 @@ def _shared(theory: str) -> Callable[[_Verb], _Verb]:
             metavar="C",
             help="Of the water, -12..60 degrees Celsius.",
         ),
-        click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing."),
+        quiet_option,
     ]
 
-    def add(verb: _Verb) -> _Verb:
+    def add(verb: Verb) -> Verb:
         for option in reversed(options):
             verb = option(verb)
         return verb

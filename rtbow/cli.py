@@ -17,7 +17,17 @@ import click
 from rtbow import __version__
 from rtbow.bench_cli import bench
 from rtbow.chart_cli import chart
-from rtbow.cli_options import Numbers, progress_bar
+from rtbow.cli_options import (
+    Exposure,
+    Numbers,
+    WholeNumber,
+    backend_option,
+    max_delta_e_option,
+    progress_bar,
+    quiet_option,
+    set_option,
+    size_option,
+)
 from rtbow.constants import SUN_DIAMETER_DEG
 from rtbow.errors import InputError, RtbowError, UnavailableError
 
@@ -25,80 +35,12 @@ if TYPE_CHECKING:
     from rtbow.renderer import Method
     from rtbow.sections import Theory
 
-    _SizeType = click.ParamType[tuple[int, int]]
-    _ExposureType = click.ParamType[float | None]
-else:  # generic since click 8.4 alone
-    _SizeType = _ExposureType = click.ParamType
-
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 PIPE_CLOSED = 141  # 128 + SIGPIPE
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 # Before click 8.2 a missing verb is no error.
 _NO_VERB = getattr(click.exceptions, "NoArgsIsHelpError", ())
-
-
-class Size(_SizeType):
-    """WIDTHxHEIGHT in pixels."""
-
-    name = "WxH"
-
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> tuple[int, int]:
-        """Parse ``640x360``."""
-        if isinstance(value, tuple):
-            return int(value[0]), int(value[1])
-        sides = str(value).lower().split("x")
-        if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
-            self.fail(f"{value!r} is not a size; write width and height such as 640x360", param)
-        from pydantic import ValidationError
-
-        from rtbow.scene import Camera, Pixels
-        from rtbow.scene_schema import Node
-
-        # Twenty digits tell enough; Python refuses to read thousands.
-        width, height = (int(side[:20]) for side in sides)
-        try:
-            return Camera(size_px=(width, height)).size_px
-        except ValidationError:
-            allowed = Node.of(Pixels).range
-            self.fail(f"{value!r} is not a size; each side must be {allowed} pixels", param)
-
-
-class Exposure(_ExposureType):
-    """``auto`` or an exposure value."""
-
-    name = "auto|EV"
-
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> float | None:
-        """Parse ``auto`` (None) or a number."""
-        if value is None or str(value).lower() == "auto":
-            return None
-        from rtbow.display import max_luminance
-
-        try:
-            exposure = float(value)
-            max_luminance(exposure)
-        except (ValueError, RtbowError):
-            self.fail(
-                f"{value!r} is not an exposure; write auto, or an EV at ISO 100 such as 13", param
-            )
-        return exposure
-
-
-class WholeNumber(click.IntRange):
-    """A whole number within a range."""
-
-    name = "whole number"
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -124,16 +66,8 @@ def rtbow() -> None:
     metavar="OUT",
     help="Where to write: .exr linear radiance, .png picture. May be repeated.",
 )
-@click.option(
-    "--size", type=Size(), metavar="WxH", help="Width and height in pixels, such as 640x360."
-)
-@click.option(
-    "--backend",
-    type=click.Choice(["auto", "egl", "osmesa", "window"]),
-    default="auto",
-    show_default=True,
-    help="How to get a GL context.",
-)
+@size_option("Width and height in pixels, such as 640x360.")
+@backend_option
 @click.option(
     "--method",
     type=click.Choice(["auto", "fast", "spectral", "reference"]),
@@ -142,20 +76,11 @@ def rtbow() -> None:
     help="fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
     " float64 on the CPU; auto: fast where it keeps its error, else spectral.",
 )
-@click.option(
-    "--max-delta-e",
-    type=float,
-    metavar="DE",
-    help="Error that method fast may make, CIEDE2000 at the 99th percentile of pixels: 0.25 to 20;"
-    " left out: the scene's, 0.5 by default.",
+@max_delta_e_option(
+    "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels: 0.25 to 20;"
+    " left out: the scene's, 0.5 by default."
 )
-@click.option(
-    "--set",
-    "settings",
-    multiple=True,
-    metavar="KEY.PATH=VALUE",
-    help="Replace any scene key, such as light.0.altitude_deg=5. May be repeated.",
-)
+@set_option("light.0.altitude_deg=5")
 @click.option(
     "--exposure",
     type=Exposure(),
@@ -165,7 +90,7 @@ def rtbow() -> None:
     help="Exposure of the .png: auto, or an EV at ISO 100.",
 )
 @click.option("--seed", type=WholeNumber(min=0), metavar="N", help="Seed of the random drops.")
-@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+@quiet_option
 def render(
     scene: str | None,
     outputs: tuple[str, ...],
@@ -240,15 +165,9 @@ def scenes() -> None:
 @rtbow.command()
 @click.option("-o", "--output", "output", required=True, metavar="DIR", help="Folder to write to.")
 @click.option("--only", multiple=True, metavar="NAME", help="Such as fig5f. May be repeated.")
-@click.option("--size", type=Size(), help="Width and height in pixels; left out: 480x270.")
-@click.option(
-    "--backend",
-    type=click.Choice(["auto", "egl", "osmesa", "window"]),
-    default="auto",
-    show_default=True,
-    help="How to get a GL context.",
-)
-@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+@size_option("Width and height in pixels; left out: 480x270.")
+@backend_option
+@quiet_option
 def figures(
     output: str, only: tuple[str, ...], size: tuple[int, int] | None, backend: Any, quiet: bool
 ) -> None:
@@ -342,7 +261,7 @@ def table() -> None:
 @click.option(
     "--scheduler", metavar="ADDRESS", help="A Dask scheduler to build on, such as tcp://host:8786."
 )
-@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+@quiet_option
 def table_build(
     theory: str,
     spread: float,
@@ -433,7 +352,7 @@ def table_info(samples: int) -> None:
     metavar="N",
     help="Scattering angles from 0 to 180 degrees.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="Show no progress and print nothing.")
+@quiet_option
 def table_export(
     output: str,
     theory: Theory,

@@ -1,18 +1,108 @@
-"""Types of options and the progress bar that several verbs of the command line share."""
+"""Options, their types and the progress bar that verbs of the command line share."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
+
+from rtbow.errors import RtbowError
 
 if TYPE_CHECKING:
     from rtbow.arrays import Progress
 
+    _SizeType = click.ParamType[tuple[int, int]]
+    _ExposureType = click.ParamType[float | None]
     _NumbersType = click.ParamType[tuple[float, ...]]
 else:  # generic since click 8.4 alone
-    _NumbersType = click.ParamType
+    _SizeType = _ExposureType = _NumbersType = click.ParamType
+
+Verb = TypeVar("Verb", bound=Callable[..., Any])
+
+
+class Option(Protocol):
+    """Adds an option to a verb."""
+
+    def __call__(self, verb: Verb, /) -> Verb:
+        """Give the verb with the option."""
+        ...
+
+
+# --- Types -------------------------------------------------------------------------------------
+
+
+def two_sides(value: Any) -> tuple[int, int] | None:
+    """Read two whole numbers with an x between them, such as ``640x360``; None if it is not.
+
+    A pair of numbers, such as a default, stays as it is.
+    """
+    if isinstance(value, tuple):
+        return int(value[0]), int(value[1])
+    sides = str(value).lower().split("x")
+    if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
+        return None
+    # Twenty digits tell enough; Python refuses to read thousands.
+    return int(sides[0][:20]), int(sides[1][:20])
+
+
+class Size(_SizeType):
+    """WIDTHxHEIGHT in pixels."""
+
+    name = "WxH"
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> tuple[int, int]:
+        """Parse ``640x360``."""
+        sides = two_sides(value)
+        if sides is None:
+            self.fail(f"{value!r} is not a size; write width and height such as 640x360", param)
+        from pydantic import ValidationError
+
+        from rtbow.scene import Camera, Pixels
+        from rtbow.scene_schema import Node
+
+        try:
+            return Camera(size_px=sides).size_px
+        except ValidationError:
+            allowed = Node.of(Pixels).range
+            self.fail(f"{value!r} is not a size; each side must be {allowed} pixels", param)
+
+
+class Exposure(_ExposureType):
+    """``auto`` or an exposure value."""
+
+    name = "auto|EV"
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> float | None:
+        """Parse ``auto`` (None) or a number."""
+        if value is None or str(value).lower() == "auto":
+            return None
+        from rtbow.display import max_luminance
+
+        try:
+            exposure = float(value)
+            max_luminance(exposure)
+        except (ValueError, RtbowError):
+            self.fail(
+                f"{value!r} is not an exposure; write auto, or an EV at ISO 100 such as 13", param
+            )
+        return exposure
+
+
+class WholeNumber(click.IntRange):
+    """A whole number within a range."""
+
+    name = "whole number"
 
 
 class Numbers(_NumbersType):
@@ -33,6 +123,44 @@ class Numbers(_NumbersType):
             return tuple(float(part) for part in str(value).split(","))
         except ValueError:
             self.fail(f"{value!r} is not a list of numbers such as 100,500,1000", param)
+
+
+# --- Options -----------------------------------------------------------------------------------
+
+backend_option: Option = click.option(
+    "--backend",
+    type=click.Choice(["auto", "egl", "osmesa", "window"]),
+    default="auto",
+    show_default=True,
+    help="How to get a GL context.",
+)
+quiet_option: Option = click.option(
+    "-q", "--quiet", is_flag=True, help="Show no progress and print nothing."
+)
+
+
+def size_option(text: str) -> Option:
+    """Give ``--size`` with its help."""
+    return click.option("--size", type=Size(), metavar="WxH", help=text)
+
+
+def max_delta_e_option(text: str, *, multiple: bool = False) -> Option:
+    """Give ``--max-delta-e`` with its help."""
+    return click.option("--max-delta-e", type=float, multiple=multiple, metavar="DE", help=text)
+
+
+def set_option(example: str) -> Option:
+    """Give ``--set``, which the verb takes as ``settings``, with an example in its help."""
+    return click.option(
+        "--set",
+        "settings",
+        multiple=True,
+        metavar="KEY.PATH=VALUE",
+        help=f"Replace any scene key, such as {example}. May be repeated.",
+    )
+
+
+# --- Progress ----------------------------------------------------------------------------------
 
 
 def progress_bar(label: str, quiet: bool, unit: str = "row") -> Progress:
