@@ -27,7 +27,7 @@ from rtbow.bench_error import (
 from rtbow.bench_floor import FloorPass
 from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name, load_average
 from rtbow.constants import LEAST_DELTA_E, MOST_DELTA_E
-from rtbow.context import Backend
+from rtbow.context import Backend, open_context
 from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.random_scenes import random_scene, random_seed
 from rtbow.renderer import METHODS, Method, Renderer
@@ -287,7 +287,8 @@ def measure(
     begun = time.perf_counter()
     method: Any = row.method
     label = f"{row.scene} {row.method}"
-    with FloorPass(scene.camera.size_px, plan.backend) as floor:
+    with open_context(plan.backend) as gl:
+        floor = FloorPass(gl, scene.camera.size_px)
         memory = PeakMemory()
         opened = time.perf_counter()
         with Renderer(scene, plan.backend) as renderer:

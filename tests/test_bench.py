@@ -38,7 +38,8 @@ from rtbow.bench_scaling import AXES, lights_like, run_scaling, write_smooth_vol
 from rtbow.camera import pixel_directions
 from rtbow.cli import rtbow as command_line
 from rtbow.colour import rgb_to_xyz, xyz_to_rgb
-from rtbow.errors import InputError
+from rtbow.context import open_context
+from rtbow.errors import InputError, UnavailableError
 from rtbow.reference import radiance_along, render_reference
 from rtbow.renderer import METHODS, Renderer
 from rtbow.scene_file import load_scene
@@ -197,14 +198,24 @@ def test_slow_frames_are_fewer():
 
 
 def test_the_floor_is_one_look_up_per_pixel():
-    with FloorPass((8, 4)) as floor:
+    with open_context() as gl:
+        floor = FloorPass(gl, (8, 4))
         floor.draw()
         frame = floor.read()
-    assert frame.shape == (4, 8, 4)
+    assert frame.shape == (4, 8, 3)
     # The table rises from 0 in the first texel's middle to 1 in the last's.
     x = (np.arange(8) + 0.5) / 8 * TABLE_SIDE - 0.5
     np.testing.assert_allclose(frame[0, :, 0], x / (TABLE_SIDE - 1), atol=2e-3)
     assert np.all(np.diff(frame[:, 0, 1]) < 0.0)  # up the picture
+
+
+@pytest.mark.parametrize("backend", ["egl", "osmesa"])
+def test_a_frame_too_large_for_the_floor(backend):
+    with (
+        open_context(backend) as gl,
+        pytest.raises(UnavailableError, match="1000000 x 1 pixels; bench at a smaller size"),
+    ):
+        FloorPass(gl, (1_000_000, 1))
 
 
 def test_peak_memory_grows_with_what_is_held():
