@@ -32,7 +32,7 @@ from rtbow.constants import SUN_DIAMETER_DEG
 from rtbow.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
-    from rtbow.renderer import Method
+    from rtbow.renderer import Method, Renderer
     from rtbow.sections import Theory
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
@@ -107,6 +107,11 @@ def render(
 
     Example: rtbow render shower -o shower.exr -o shower.png --set light.0.altitude_deg=10
     """  # fmt: skip
+    if max_delta_e is not None and method not in ("auto", "fast"):
+        raise InputError(
+            f"--max-delta-e {max_delta_e:g}: methods auto and fast alone take it, not --method"
+            f" {method}; leave one of the two out"
+        )
     from rtbow.files import check_writable
     from rtbow.image import FRAME_SUFFIXES, write_frame
 
@@ -146,6 +151,15 @@ def render(
     if not quiet:
         for path in outputs:
             click.echo(path)
+        if method == "auto":  # beside the paths, which scripts read
+            click.echo(_chosen(renderer), err=True)
+
+
+def _chosen(renderer: Renderer) -> str:
+    """Tell which method ``auto`` chose, and why."""
+    # Without the remedy, which was taken.
+    why = renderer.unsuited.rpartition("; ")[0] or renderer.unsuited
+    return f"method {renderer.method_used}" + (f": {why}" if why else "")
 
 
 @rtbow.command()

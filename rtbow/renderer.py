@@ -37,6 +37,10 @@ class Renderer:
         scene: what to render.
         backend: ``auto``, ``egl``, ``osmesa`` or ``window``.
 
+    Attributes:
+        method_used: what drew the last frame, where ``auto`` was asked for too.
+        unsuited: why ``auto`` left this scene to ``spectral``; empty where it did not.
+
     Example:
         >>> with rtbow.Renderer(rtbow.load_scene("uniform")) as renderer:
         ...     rgb = renderer.render()
@@ -45,6 +49,7 @@ class Renderer:
     def __init__(self, scene: Scene, backend: Backend = "auto") -> None:
         self.scene = scene
         self.method_used: Method = "auto"
+        self.unsuited = ""
         self._backend = backend
         self._context: GlContext | None = None
         self._passes: dict[Method, list[SpectralPass | FastPass]] = {}
@@ -145,6 +150,8 @@ class Renderer:
                         if len(parts) == len(passes) and all(map(_move, passes, parts)):
                             kept[method] = passes
         self._passes, self.scene = kept, scene
+        if "auto" not in kept:
+            self.unsuited = ""
 
     @property
     def texture_bytes(self) -> int:
@@ -210,9 +217,10 @@ class Renderer:
 
             try:
                 return [FastPass(context, scene, building) for scene, _ in self.scene.parts()]
-            except UnsuitedError:
+            except UnsuitedError as error:
                 if method == "fast":
                     raise
+                self.unsuited = str(error)
         from rtbow.spectral import SpectralPass
 
         return [SpectralPass(context, scene, building) for scene, _ in self.scene.parts()]

@@ -40,6 +40,8 @@ from rtbow.water import relative_index
 
 ROOT = Path(__file__).parent.parent
 SMALL = ("--size", "32x18")
+FAST = "method fast\n"
+"""What stderr says where ``auto`` chose."""
 UNIFORM = (resource_dir("scenes") / "uniform.toml").read_text("utf-8")
 
 
@@ -111,7 +113,7 @@ def assert_refused(result: Result, *words: str) -> None:
 def test_both_files_say_how_they_were_made(call, tmp_path):
     args = ("render", "uniform", "-o", "bow.exr", "-o", "bow.png", *SMALL, "--exposure", "12")
     result = call(*args)
-    assert result == Result(0, "bow.exr\nbow.png\n", "")
+    assert result == Result(0, "bow.exr\nbow.png\n", FAST)
     assert sorted(contents(tmp_path)) == ["bow.exr", "bow.png"]
 
     rgb, texts = read_exr("bow.exr")
@@ -142,6 +144,31 @@ def test_the_reference_says_that_it_is_one(call):
     assert texts["renderer"] == "CPU, float64"
 
 
+def test_what_auto_chose_is_told_beside_the_paths(call):
+    args = ("render", "uniform", "-o", "b.exr", "--size", "8x5")
+    assert call(*args) == Result(0, "b.exr\n", FAST)
+    args += ("--set", "light.0.angular_diameter_deg=0")
+    result = call(*args)
+    assert result.out == "b.exr\n"
+    assert re.fullmatch(r"method spectral: .* = 0: drops under a point of light .*\n", result.err)
+    assert "use --method spectral" not in result.err
+    assert read_exr("b.exr")[1]["method"] == "spectral"
+    assert call(*args, "-q") == Result(0, "", "")
+    assert call(*args, "--method", "spectral") == Result(0, "b.exr\n", "")
+
+
+def test_the_error_that_fast_may_make(call):
+    size = ("--size", "8x5", "-q")
+    for method in ("fast", "auto"):
+        args = ("-o", "a.exr", "--max-delta-e", "2", "--method", method)
+        assert call("render", "uniform", *args, *size) == Result(0, "", "")
+        assert "# --set render.max_delta_e=2.0\n" in read_exr("a.exr")[1]["scene"]
+    # In a scene, it waits for the method that takes it.
+    for method in ("spectral", "reference"):
+        args = ("-o", "a.exr", "--set", "render.max_delta_e=2", "--method", method)
+        assert call("render", "uniform", *args, *size) == Result(0, "", "")
+
+
 def test_without_a_scene_the_default_one(call):
     assert call("render", "-o", "a.exr", "--size", "8x5", "-q") == Result(0, "", "")
     assert call("render", "default", "-o", "b.exr", "--size", "8x5", "-q") == Result(0, "", "")
@@ -164,7 +191,7 @@ def test_the_seed_draws_other_drops(call):
     "name", ["with space.exr", "regenbogen-ä-虹.png", "UPPER.EXR", "./here.exr", ".hidden.png"]
 )
 def test_names_of_all_kinds(call, tmp_path, name):
-    assert call("render", "uniform", "-o", name, "--size", "4x3") == Result(0, f"{name}\n", "")
+    assert call("render", "uniform", "-o", name, "--size", "4x3") == Result(0, f"{name}\n", FAST)
     assert (tmp_path / name).stat().st_size > 100
 
 
@@ -270,6 +297,13 @@ WRONG_ARGUMENTS = [
     (("uniform", "--max-delta-e", "-1"), "render.max_delta_e = -1", "0.25..20"),
     (("uniform", "--max-delta-e", "nan"), "render.max_delta_e", "finite", "0.25..20"),
     (("uniform", "--max-delta-e", "0.01"), "render.max_delta_e = 0.01", "0.25..20"),
+    *(
+        (
+            ("uniform", "--max-delta-e", "2", "--method", method),
+            f"--max-delta-e 2: methods auto and fast alone take it, not --method {method}; leave",
+        )
+        for method in ("spectral", "reference")
+    ),
     (("uniform", "--method", "quick"), "quick", "auto", "fast", "spectral", "reference"),
     (("uniform", "--backend", "vulkan"), "vulkan", "egl", "osmesa", "window"),
     *(
@@ -610,7 +644,7 @@ def test_closed_standard_output(tmp_path):
     """The frame is written all the same."""
     args = ("render", "uniform", "-o", "x.exr", "--size", "4x3")
     result = execute(*args, cwd=tmp_path, preexec_fn=lambda: os.close(1))
-    assert (result.code, result.err) == (0, "")
+    assert (result.code, result.err) == (0, FAST)
     assert read_exr(tmp_path / "x.exr")[0].shape == (3, 4, 3)
 
 
@@ -727,7 +761,7 @@ def test_a_named_backend_that_is_not_there(call, monkeypatch):
 @pytest.mark.parametrize("backend", ["egl", "osmesa"])
 def test_each_headless_backend(call, backend):
     args = ("-o", "x.exr", *SMALL, "--backend", backend)
-    assert call("render", "uniform", *args) == Result(0, "x.exr\n", "")
+    assert call("render", "uniform", *args) == Result(0, "x.exr\n", FAST)
 
 
 def test_too_little_memory(call, tmp_path, monkeypatch):
@@ -744,7 +778,7 @@ def test_strict_warnings_and_no_home(tmp_path):
     """Nothing warns, and the cache is a help but not a need."""
     env = {"PYTHONWARNINGS": "error", "HOME": "/nonexistent", "RTBOW_CACHE_DIR": "/proc/nowhere"}
     args = ("render", "uniform", "-o", "x.exr", "-o", "x.png", *SMALL)
-    assert execute(*args, cwd=tmp_path, env=env) == Result(0, "x.exr\nx.png\n", "")
+    assert execute(*args, cwd=tmp_path, env=env) == Result(0, "x.exr\nx.png\n", FAST)
 
 
 # --- What is shown -----------------------------------------------------------------------------

@@ -69,6 +69,27 @@ class TestFrame:
             assert rows == list(range(18))
 
 
+def test_why_auto_is_not_fast(scene):
+    """It is said of the scene that is shown, and stays said."""
+    point = rtbow.load_scene("uniform", SMALL | {"light.0.angular_diameter_deg": 0})
+    with Renderer(point) as renderer:
+        assert renderer.unsuited == ""
+        for method in ("auto", "spectral", "auto"):
+            renderer.draw(method)
+            assert renderer.method_used == "spectral"
+            assert "a point of light" in renderer.unsuited
+        renderer.show(scene)
+        assert renderer.unsuited == ""
+        renderer.draw()
+        assert (renderer.method_used, renderer.unsuited) == ("fast", "")
+        renderer.show(point)
+        renderer.draw()
+        assert "a point of light" in renderer.unsuited
+        renderer.show(point)
+        renderer.draw()
+        assert "a point of light" in renderer.unsuited
+
+
 def test_the_reference_needs_no_gl(scene, monkeypatch):
     def fail(*_):
         raise AssertionError("opened a GL context")
