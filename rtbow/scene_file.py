@@ -1,20 +1,19 @@
-"""Finds and reads scene files, applies overrides, and reports what is wrong in them."""
+"""Finds and reads scene files and overrides as typed, and reports what is wrong in them."""
 
 import difflib
 import os
 import re
 import tomllib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from rtbow.errors import InputError
 from rtbow.resources import resource_dir
-from rtbow.scene import Density, Light, Scene, density_key
-from rtbow.scene_errors import explain
-from rtbow.scene_schema import ROOT, Node, suggestion, toml_text
+from rtbow.scene import Scene
+from rtbow.scene_overrides import plain
+from rtbow.scene_schema import toml_text
+from rtbow.scene_values import resolve_paths, scene_from_values
 
 DEFAULT_SCENE = "default"
 
@@ -56,76 +55,13 @@ def scene_from_text(
         InputError: no valid TOML, or values that are not allowed.
     """
     data = _parse_toml(text, name)
-    _resolve_paths(data, folder or Path())
-    changes = {str(key): _plain(value) for key, value in (overrides or {}).items()}
-    _apply_overrides(data, changes)
-    _resolve_paths(data, Path())  # paths of the file are absolute by now
-    scene = _validated(data, name, changes)
-    if scene.compare is not None:
-        scene = scene.with_right(_right_part(scene, data, name, changes))
+    resolve_paths(data, folder or Path())
+    changes = {str(key): plain(value) for key, value in (overrides or {}).items()}
+    scene = scene_from_values(data, name, changes)
     if changes:
         text = text if text.endswith("\n") or not text else f"{text}\n"
         text += "".join(f"# --set {key}={toml_text(value)}\n" for key, value in changes.items())
     return scene.with_source(text, name)
-
-
-def _validated(data: dict[str, Any], name: str, changes: Collection[str]) -> Scene:
-    try:
-        return Scene.model_validate(data)
-    except ValidationError as error:
-        raise InputError(explain(error, name, changes)) from None
-
-
-def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collection[str]) -> Scene:
-    """Make the scene of the right part of ``compare``: its keys are overrides of the left.
-
-    Args:
-        scene: the scene as it stands.
-        data: its values.
-        name: what messages call it.
-        overrides: dotted keys that came from ``--set``.
-
-    Raises:
-        InputError: a key that no scene has, one that both parts must share, or a wrong value.
-    """
-    assert scene.compare is not None
-    changes = dict(_flat(scene.compare.right))
-
-    def typed(key: str) -> str:
-        """Name a key as it was typed: after ``--set``, or in the file."""
-        key = f"compare.right.{key}"
-        by_override = any(f"{key}.".startswith(f"{o}.") for o in overrides)
-        return f"--set {key}" if by_override else f"{name}: {key}"
-
-    for key in changes:
-        if f"{key}.".startswith(("compare.", "camera.size_px.")):
-            raise InputError(f"{typed(key)}: both parts share it; leave it out of compare.right")
-    rest = _plain({key: value for key, value in data.items() if key != "compare"})
-    try:
-        _apply_overrides(rest, changes)
-        right = _validated(rest, name, changes)
-    except InputError as error:
-        text = re.sub(r"(?m)^--set: ", f"{name}: compare.right: ", str(error))
-        text = re.sub(r"(?m)^--set ([^ :;=]+)", lambda found: typed(found[1]), text)
-        raise InputError(text) from None
-    if right.camera.size_px != scene.camera.size_px:  # a whole camera that leaves it out
-        raise InputError(
-            f"{name}: compare.right.camera: both parts share camera.size_px; change single keys,"
-            " such as camera.fov_deg"
-        )
-    return right.with_source("", f"{name}, right part")
-
-
-def _flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and values of nested tables."""
-    # A stack of our own: tables may be nested more deeply than Python's.
-    waiting = list(reversed(list(table.items())))
-    while waiting:
-        key, value = waiting.pop()
-        if isinstance(value, dict) and value:
-            waiting += [(f"{key}.{inner}", item) for inner, item in reversed(list(value.items()))]
-        else:
-            yield key, value
 
 
 def builtin_scenes() -> dict[str, Path]:
@@ -154,7 +90,7 @@ def parse_set(text: str) -> tuple[str, object]:
     """Split ``key.path=value`` into key and value.
 
     The value is TOML (``5``, ``[640, 360]``, ``true``, ``"E490"``); what is not, such as ``FL2``
-    or ``rain/shower.npz``, is taken as text.
+    or ``rain/shower.npz``, is taken as text. ``none`` is None, which takes the value out.
 
     Raises:
         InputError: no key, no value, or a list, table or quoted text that does not end.
@@ -162,6 +98,8 @@ def parse_set(text: str) -> tuple[str, object]:
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value):
         raise InputError(f"--set {text}: write key.path=value, such as light.0.altitude_deg=5")
+    if value == toml_text(None):
+        return key, None
     try:
         parsed = tomllib.loads(f"value = {value}")
     except (ValueError, RecursionError) as error:
@@ -230,151 +168,3 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
                 line, column = text.count("\n") + 1, len(text) - text.rfind("\n")
     where = f"line {line}, column {column}: " if line else ""
     raise InputError(f"{name}: {where}not valid TOML: {reason}") from None
-
-
-def _plain(value: object) -> Any:
-    """Return a Python value as TOML would give it: paths as text, tuples and arrays as lists."""
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    tolist = getattr(value, "tolist", None)  # NumPy scalars and arrays, without importing NumPy
-    return tolist() if callable(tolist) else value
-
-
-def _resolve_paths(data: dict[str, Any], folder: Path) -> None:
-    """Make the relative paths among a scene's values absolute, in place."""
-    _resolve_in(data, folder, "")
-    compare = data.get("compare")
-    right = compare.get("right") if isinstance(compare, dict) else None
-    if isinstance(right, dict):
-        _resolve_in(right, folder, "")
-
-
-def _resolve_in(table: dict[str, Any], folder: Path, place: str) -> None:
-    """Do so in one table and those inside it; keys may be dotted, as in ``compare.right``."""
-    for key, value in table.items():
-        here = f"{place}.{key}" if place else key
-        if isinstance(value, dict) and re.fullmatch(r"droplets|light(\.[0-9]+)?", here):
-            _resolve_in(value, folder, here)
-        elif isinstance(value, list) and here == "light":
-            for light in value:
-                if isinstance(light, dict):
-                    _resolve_in(light, folder, "light.0")
-        elif isinstance(value, str) and value:
-            spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", here)
-            if here == "droplets.file" or (spectrum and value.lower().endswith(".csv")):
-                table[key] = os.path.abspath(folder / value)
-
-
-def _apply_overrides(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Put all overrides into a scene's values, in place; whole tables before keys inside them.
-
-    Raises:
-        InputError: keys that no scene has, or list items that this one lacks.
-    """
-    _drop_replaced(data, changes)
-    problems = []
-    for key in sorted(changes, key=lambda key: key.count(".")):
-        try:
-            _apply(data, key, _plain(changes[key]))  # a copy: later keys may go inside it
-        except InputError as error:
-            problems.append(str(error))
-    if problems:
-        raise InputError("\n".join(problems))
-
-
-def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Take out what a newly chosen kind of light, distribution or volume file replaces."""
-    _drop_other_lights_keys(data.get("light"), changes)
-    droplets = data.get("droplets")
-    if not isinstance(droplets, dict):
-        return
-    if changes.get("droplets.file") is not None:
-        for key in ("box_m", "grid", "radius", "density"):
-            if not any(f"{change}.".startswith(f"droplets.{key}.") for change in changes):
-                droplets.pop(key, None)  # one that is itself overridden is left for validation
-    whole = changes.get("droplets.radius")
-    chosen = changes.get(
-        "droplets.radius.distribution",
-        whole.get("distribution") if isinstance(whole, dict) else None,
-    )
-    droplets_node = ROOT.child("droplets")
-    kinds = droplets_node and droplets_node.child("radius")
-    kind = kinds and kinds.kind(chosen)
-    radius, density = droplets.get("radius"), droplets.get("density")
-    if not kinds or not kind or kind is kinds or not isinstance(radius, dict):
-        return  # no distribution chosen, or one that validation will refuse
-    if chosen == radius.get("distribution"):
-        return
-    for key in kinds.fields.keys() - kind.fields.keys():
-        radius.pop(key, None)
-    if isinstance(density, dict):
-        for key in Density.model_fields.keys() - {density_key(str(chosen))}:
-            density.pop(key, None)
-
-
-def _drop_other_lights_keys(lights: object, changes: Mapping[str, Any]) -> None:
-    kinds = Node.of(Light)
-    for number, light in enumerate(lights if isinstance(lights, list) else ()):
-        chosen = changes.get(f"light.{number}.type")
-        kind = kinds.kind(chosen)
-        if kind is kinds or not isinstance(light, dict) or light.get("type", "sun") == chosen:
-            continue  # no kind chosen, or one that validation will refuse
-        for key in kinds.fields.keys() - kind.fields.keys():
-            light.pop(key, None)
-
-
-def _apply(data: dict[str, Any], key: str, value: object) -> None:
-    """Put one override into a scene's values, in place, making the tables it needs."""
-    node: Node = ROOT
-    at: Any = data
-    parts = key.split(".")
-    if not all(parts):
-        raise InputError(f"--set {key}: write a key such as light.0.altitude_deg")
-    for depth, part in enumerate(parts):
-        here = ".".join(parts[:depth])
-        if node.annotation == dict[str, Any]:
-            at[".".join(parts[depth:])] = value  # a free table: keys of another scene
-            return
-        if node.models:
-            slot: str | int = part
-            child = node.child(part)
-            if child is None:
-                unknown = f"{here}.{part}" if here else part
-                raise InputError(
-                    f"--set {key}: unknown key {unknown}; {suggestion(here, node, part)}"
-                )
-            if not isinstance(at, dict):
-                return  # the file has no table here; validation says so
-            if depth < len(parts) - 1 and at.get(part) is None:
-                is_table = child.models or child.annotation == dict[str, Any]
-                at[part] = {} if is_table else _plain(child.default or ())
-        elif node.items:
-            if not isinstance(at, list):
-                return
-            slot = _list_index(key, here, part, len(at))
-            child = node.child(slot) or node
-        else:
-            raise InputError(
-                f"--set {key}: {here} is a single value and has nothing inside it; write {here}=…"
-            )
-        if depth == len(parts) - 1:
-            at[slot] = value
-        else:
-            node, at = child, at[slot]
-
-
-def _list_index(key: str, here: str, part: str, count: int) -> int:
-    items = f"{count} item{'' if count == 1 else 's'}"
-    if not count:
-        raise InputError(f"--set {key}: {here} is not given; set it as a whole")
-    if not re.fullmatch(r"0|[1-9][0-9]{0,8}", part):
-        raise InputError(
-            f"--set {key}: {here} is a list of {items}; name one by its number, such as {here}.0"
-        )
-    if int(part) >= count:
-        raise InputError(f"--set {key}: {here} has {items}; the last is {here}.{count - 1}")
-    return int(part)

@@ -1,0 +1,145 @@
+"""Replaces values of a scene by dotted key, as ``--set``, ``compare`` and panels do."""
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rtbow.errors import InputError
+from rtbow.scene import Density, Light, density_key
+from rtbow.scene_schema import ROOT, Node, suggestion
+
+
+def plain(value: object) -> Any:
+    """Return a Python value as TOML would give it: paths as text, tuples and arrays as lists."""
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    tolist = getattr(value, "tolist", None)  # NumPy scalars and arrays, without importing NumPy
+    return tolist() if callable(tolist) else value
+
+
+def flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values of nested tables."""
+    # A stack of our own: tables may be nested more deeply than Python's.
+    waiting = list(reversed(list(table.items())))
+    while waiting:
+        key, value = waiting.pop()
+        if isinstance(value, dict) and value:
+            waiting += [(f"{key}.{inner}", item) for inner, item in reversed(list(value.items()))]
+        else:
+            yield key, value
+
+
+def apply_overrides(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
+    """Put all overrides into a scene's values, in place; whole tables before keys inside them.
+
+    Raises:
+        InputError: keys that no scene has, or list items that this one lacks.
+    """
+    _drop_replaced(data, changes)
+    problems = []
+    for key in sorted(changes, key=lambda key: key.count(".")):
+        try:
+            _apply(data, key, plain(changes[key]))  # a copy: later keys may go inside it
+        except InputError as error:
+            problems.append(str(error))
+    if problems:
+        raise InputError("\n".join(problems))
+
+
+def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
+    """Take out what a newly chosen kind of light, distribution or volume file replaces."""
+    _drop_other_lights_keys(data.get("light"), changes)
+    droplets = data.get("droplets")
+    if not isinstance(droplets, dict):
+        return
+    if changes.get("droplets.file") is not None:
+        for key in ("box_m", "grid", "radius", "density"):
+            if not any(f"{change}.".startswith(f"droplets.{key}.") for change in changes):
+                droplets.pop(key, None)  # one that is itself overridden is left for validation
+    whole = changes.get("droplets.radius")
+    chosen = changes.get(
+        "droplets.radius.distribution",
+        whole.get("distribution") if isinstance(whole, dict) else None,
+    )
+    droplets_node = ROOT.child("droplets")
+    kinds = droplets_node and droplets_node.child("radius")
+    kind = kinds and kinds.kind(chosen)
+    radius, density = droplets.get("radius"), droplets.get("density")
+    if not kinds or not kind or kind is kinds or not isinstance(radius, dict):
+        return  # no distribution chosen, or one that validation will refuse
+    if chosen == radius.get("distribution"):
+        return
+    for key in kinds.fields.keys() - kind.fields.keys():
+        radius.pop(key, None)
+    if isinstance(density, dict):
+        for key in Density.model_fields.keys() - {density_key(str(chosen))}:
+            density.pop(key, None)
+
+
+def _drop_other_lights_keys(lights: object, changes: Mapping[str, Any]) -> None:
+    kinds = Node.of(Light)
+    for number, light in enumerate(lights if isinstance(lights, list) else ()):
+        chosen = changes.get(f"light.{number}.type")
+        kind = kinds.kind(chosen)
+        if kind is kinds or not isinstance(light, dict) or light.get("type", "sun") == chosen:
+            continue  # no kind chosen, or one that validation will refuse
+        for key in kinds.fields.keys() - kind.fields.keys():
+            light.pop(key, None)
+
+
+def _apply(data: dict[str, Any], key: str, value: object) -> None:
+    """Put one override into a scene's values, in place, making the tables it needs."""
+    node: Node = ROOT
+    at: Any = data
+    parts = key.split(".")
+    if not all(parts):
+        raise InputError(f"--set {key}: write a key such as light.0.altitude_deg")
+    for depth, part in enumerate(parts):
+        here = ".".join(parts[:depth])
+        if node.annotation == dict[str, Any]:
+            at[".".join(parts[depth:])] = value  # a free table: keys of another scene
+            return
+        if node.models:
+            slot: str | int = part
+            child = node.child(part)
+            if child is None:
+                unknown = f"{here}.{part}" if here else part
+                raise InputError(
+                    f"--set {key}: unknown key {unknown}; {suggestion(here, node, part)}"
+                )
+            if not isinstance(at, dict):
+                return  # the file has no table here; validation says so
+            if depth < len(parts) - 1 and at.get(part) is None:
+                is_table = child.models or child.annotation == dict[str, Any]
+                at[part] = {} if is_table else plain(child.default or ())
+        elif node.items:
+            if not isinstance(at, list):
+                return
+            slot = _list_index(key, here, part, len(at))
+            child = node.child(slot) or node
+        else:
+            raise InputError(
+                f"--set {key}: {here} is a single value and has nothing inside it; write {here}=…"
+            )
+        if depth == len(parts) - 1:
+            at[slot] = value
+        else:
+            node, at = child, at[slot]
+
+
+def _list_index(key: str, here: str, part: str, count: int) -> int:
+    items = f"{count} item{'' if count == 1 else 's'}"
+    if not count:
+        raise InputError(f"--set {key}: {here} is not given; set it as a whole")
+    if not re.fullmatch(r"0|[1-9][0-9]{0,8}", part):
+        raise InputError(
+            f"--set {key}: {here} is a list of {items}; name one by its number, such as {here}.0"
+        )
+    if int(part) >= count:
+        raise InputError(f"--set {key}: {here} has {items}; the last is {here}.{count - 1}")
+    return int(part)

@@ -1,0 +1,176 @@
+"""Makes scenes from plain values, and plain values and TOML from scenes."""
+
+import os
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from pydantic import ValidationError
+
+from rtbow.errors import InputError
+from rtbow.scene import Scene
+from rtbow.scene_errors import explain
+from rtbow.scene_overrides import apply_overrides, flat, plain
+
+
+def scene_from_values(data: dict[str, Any], name: str, changes: Mapping[str, Any]) -> Scene:
+    """Check values, with some replaced, and make their scene.
+
+    Args:
+        data: as TOML gives them, paths absolute; replaced in place.
+        name: what messages call the scene.
+        changes: plain values by dotted key; relative paths start at the current folder.
+
+    Raises:
+        InputError: keys or values that are not allowed.
+    """
+    apply_overrides(data, changes)
+    resolve_paths(data, Path())
+    scene = _validated(data, name, changes)
+    if scene.compare is not None:
+        scene = scene.with_right(_right_part(scene, data, name, changes))
+    return scene
+
+
+def changed_scene(scene: Scene, changes: Mapping[str, object]) -> Scene:
+    """Give a scene with some of its values replaced; None takes one out.
+
+    Args:
+        scene: the scene; its source stays the new one's.
+        changes: values by dotted key, as for :func:`rtbow.load_scene`.
+
+    Raises:
+        InputError: keys or values that are not allowed.
+    """
+    values = {str(key): plain(value) for key, value in changes.items()}
+    made = scene_from_values(values_of(scene), scene.source_name, values)
+    return made.with_source(scene.source_text, scene.source_name)
+
+
+def values_of(scene: Scene) -> dict[str, Any]:
+    """Give all of a scene's values as TOML would: defaults filled in, what is left out left out."""
+    values: dict[str, Any] = plain(scene.model_dump(exclude_none=True))
+    return values
+
+
+def scene_text(scene: Scene, folder: Path | None = None) -> str:
+    """Write a scene as TOML that reads as an equal scene.
+
+    Args:
+        scene: the scene.
+        folder: where the file will lie: paths of files in it are written relative to it.
+    """
+    values = values_of(scene)
+    if folder is not None:
+        _relative_paths(values, folder.resolve())
+    return tomli_w.dumps(values)
+
+
+def differences(origin: Scene, scene: Scene) -> dict[str, Any]:
+    """Give overrides that turn a scene into another, None for what it leaves out."""
+    return dict(_differing(values_of(origin), values_of(scene), ""))
+
+
+_KINDS = ("type", "distribution")
+"""Keys that decide which others a table may have."""
+
+
+def _differing(before: Any, after: Any, place: str) -> Iterator[tuple[str, Any]]:
+    if isinstance(before, dict) and isinstance(after, dict) and place != "compare.right":
+        if any(before.get(key) != after.get(key) for key in _KINDS):
+            yield place, after
+            return
+        for key in {**before, **after}:
+            here = f"{place}.{key}" if place else key
+            yield from _differing(before.get(key), after.get(key), here)
+    elif place == "light" and len(before) == len(after):
+        for number, (one, other) in enumerate(zip(before, after, strict=True)):
+            yield from _differing(one, other, f"light.{number}")
+    elif before != after:
+        yield place, after
+
+
+def _relative_paths(values: dict[str, Any], folder: Path) -> None:
+    def near(path: str) -> str:
+        return Path(path).relative_to(folder).as_posix() if folder in Path(path).parents else path
+
+    _with_paths(values, near)
+
+
+def resolve_paths(values: dict[str, Any], folder: Path) -> None:
+    """Make the relative paths among a scene's values absolute, in place."""
+    _with_paths(values, lambda path: os.path.abspath(folder / path))
+
+
+def _with_paths(values: dict[str, Any], change: Callable[[str], str]) -> None:
+    """Change the paths of files among a scene's values, in place."""
+    _paths_in(values, change, "")
+    compare = values.get("compare")
+    right = compare.get("right") if isinstance(compare, dict) else None
+    if isinstance(right, dict):
+        _paths_in(right, change, "")
+
+
+def _paths_in(table: dict[str, Any], change: Callable[[str], str], place: str) -> None:
+    """Do so in one table and those inside it; keys may be dotted, as in ``compare.right``."""
+    for key, value in table.items():
+        here = f"{place}.{key}" if place else key
+        if isinstance(value, dict) and re.fullmatch(r"droplets|light(\.[0-9]+)?", here):
+            _paths_in(value, change, here)
+        elif isinstance(value, list) and here == "light":
+            for light in value:
+                if isinstance(light, dict):
+                    _paths_in(light, change, "light.0")
+        elif isinstance(value, str) and value:
+            spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", here)
+            if here == "droplets.file" or (spectrum and value.lower().endswith(".csv")):
+                table[key] = change(value)
+
+
+def _validated(data: dict[str, Any], name: str, changes: Collection[str]) -> Scene:
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        raise InputError(explain(error, name, changes)) from None
+
+
+def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collection[str]) -> Scene:
+    """Make the scene of the right part of ``compare``: its keys are overrides of the left.
+
+    Args:
+        scene: the scene as it stands.
+        data: its values.
+        name: what messages call it.
+        overrides: dotted keys that came from ``--set``.
+
+    Raises:
+        InputError: a key that no scene has, one that both parts must share, or a wrong value.
+    """
+    assert scene.compare is not None
+    changes = dict(flat(scene.compare.right))
+
+    def typed(key: str) -> str:
+        """Name a key as it was typed: after ``--set``, or in the file."""
+        key = f"compare.right.{key}"
+        by_override = any(f"{key}.".startswith(f"{o}.") for o in overrides)
+        return f"--set {key}" if by_override else f"{name}: {key}"
+
+    for key in changes:
+        if f"{key}.".startswith(("compare.", "camera.size_px.")):
+            raise InputError(f"{typed(key)}: both parts share it; leave it out of compare.right")
+    rest = plain({key: value for key, value in data.items() if key != "compare"})
+    try:
+        apply_overrides(rest, changes)
+        right = _validated(rest, name, changes)
+    except InputError as error:
+        text = re.sub(r"(?m)^--set: ", f"{name}: compare.right: ", str(error))
+        text = re.sub(r"(?m)^--set ([^ :;=]+)", lambda found: typed(found[1]), text)
+        raise InputError(text) from None
+    if right.camera.size_px != scene.camera.size_px:  # a whole camera that leaves it out
+        raise InputError(
+            f"{name}: compare.right.camera: both parts share camera.size_px; change single keys,"
+            " such as camera.fov_deg"
+        )
+    return right.with_source("", f"{name}, right part")
