@@ -10,7 +10,17 @@ from typing import Any
 
 from rtbow.bench import STEP_KEY, TOLERANCE_KEY, BenchRow
 from rtbow.files import write_atomic
-from rtbow.plot import COLOURS, GREY, GRID_GREY, caption, legend, new_figure, save, style
+from rtbow.plot import (
+    COLOURS,
+    GREY,
+    GRID_GREY,
+    caption,
+    legend,
+    log_scale,
+    new_figure,
+    save,
+    style,
+)
 
 Fields = Mapping[str, Any]
 """A row as JSON holds it (see :class:`rtbow.bench.BenchRow`)."""
@@ -275,9 +285,9 @@ def draw_speed(path: Path, rows: Sequence[Fields]) -> bool:
             axis.plot([], [], _marker(number), color=GREY, label=variant)
         floors = [row["floor_ms"] for row in shown]
         axis.axhspan(min(floors), max(floors), color=GRID_GREY, lw=2.0, label="floor", zorder=0.5)
-        axis.set_xscale("log")
-        axis.set_yscale("log")
         axis.margins(0.08)
+        log_scale(axis, "x")
+        log_scale(axis, "y")
         axis.set_xlabel("ΔE2000 against the reference, 99th percentile")
         axis.set_ylabel("time per frame, ms (median)")
         _grid(axis)
@@ -341,6 +351,8 @@ def draw_scaling(path: Path, rows: Sequence[Fields]) -> bool:
         grid = figure.subplots(2, len(panels), squeeze=False, sharex="col", sharey="row")
         for column, group in enumerate(panels):
             _draw_axis(grid[:, column], group, methods)
+        for row in grid[:, 0]:  # which the others share
+            log_scale(row, "y")
         grid[0, 0].set_ylabel("time per frame, ms (median)")
         grid[1, 0].set_ylabel("textures, MiB")
         legend(grid[0, 0], 1)
@@ -398,9 +410,8 @@ def _draw_axis(pair: Any, group: Sequence[Fields], methods: Sequence[str]) -> No
     name = _axis(group[0])
     for axis in pair:
         axis.set_xscale("log")
-        axis.set_yscale("log")
         axis.set_xticks(values, [axis_value(name, value) for value in values])
-        axis.minorticks_off()
+        axis.xaxis.minorticks_off()
         _grid(axis)
     pair[1].tick_params(axis="x", labelrotation=45.0)
     pair[1].set_xlabel(SCALING_LABELS.get(name, name))

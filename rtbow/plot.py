@@ -19,6 +19,10 @@ COLOURS = ("#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#5
 GREY = "#555555"
 GRID_GREY = "#dddddd"
 _DPI = 150
+_LEAST_RATIO = 10.0
+"""Between the ends of a logarithmic axis: noise in numbers that are close would else fill it."""
+_FEW = 200.0
+"""Below this ratio, 2 and 5 are written along a logarithmic axis, too."""
 _STYLE = {
     "font.family": ["DejaVu Sans"],  # comes with matplotlib: the same picture everywhere
     "font.size": 10.0,
@@ -66,6 +70,26 @@ def legend(axis: Any, columns: int) -> None:
     axis.legend(
         fontsize=8.5, ncols=columns, frameon=True, framealpha=0.9, edgecolor="none", fancybox=False
     )
+
+
+def log_scale(axes: Any, name: str) -> None:
+    """Make the x or y axis logarithmic and a decade long at least, with plain numbers along it.
+
+    Args:
+        axes: with all their curves.
+        name: ``"x"`` or ``"y"``.
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set(**{f"{name}scale": "log"})
+    low, high = getattr(axes, f"get_{name}lim")()
+    wider = max(1.0, (_LEAST_RATIO * low / high) ** 0.5)
+    low, high = low / wider, high * wider
+    axes.set(**{f"{name}lim": (low, high)})
+    axis = getattr(axes, f"{name}axis")
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < _FEW * low else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def save(figure: Any, path: Path) -> None:

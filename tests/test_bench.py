@@ -528,6 +528,36 @@ def test_plots_are_written(tmp_path, suffix):
     assert not nothing.exists()
 
 
+@pytest.mark.parametrize("ratio", [1.0, 1.02, 3.0, 15.0, 150.0, 250.0, 1e5])
+def test_logarithmic_axes_show_a_decade_with_numbers(monkeypatch, ratio):
+    """Also where errors, times or sizes are alike: what tells them apart is then noise."""
+    figures = []
+    monkeypatch.setattr("rtbow.bench_report.save", lambda figure, path: figures.append(figure))
+    # Not from 1, 2 or 5 on, where ticks are.
+    speed = [made_up(ms=3.3 * one, error=0.33 * one, floor_ms=3.3) for one in (1.0, ratio)]
+    steps = [
+        replace(row, texture_bytes=3_300_000 * one, scaling={"axis": "steps", "value": value})
+        for row, one, value in zip(speed, (1.0, ratio), (8, 512), strict=True)
+    ]
+    assert draw_speed(Path("speed.png"), fields_of(speed))
+    assert draw_scaling(Path("scaling.png"), fields_of(steps))
+    (one,), (times, sizes) = (figure.axes for figure in figures)
+    shown = (
+        (one.xaxis, 0.33), (one.yaxis, 3.3), (times.yaxis, 3.3), (sizes.yaxis, 3.3e6 / 2**20),
+    )  # fmt: skip
+    for axis, least in shown:
+        assert axis.get_scale() == "log"
+        low, high = axis.get_view_interval()
+        assert high / low > max(10.0, ratio) * 0.999
+        assert low < least <= ratio * least < high
+        assert high / low < 15.0 * ratio**1.2  # with margins
+        ticks = [tick for tick in axis.get_majorticklocs() if low <= tick <= high]
+        assert len(ticks) >= 2
+        write = axis.get_major_formatter()
+        assert [float(write(tick)) for tick in ticks] == pytest.approx(ticks)
+        assert axis.get_minor_formatter()(ticks[0]) == ""
+
+
 # --- The command line --------------------------------------------------------------------------
 
 
