@@ -72,9 +72,23 @@ def _missing(path: tuple[str, ...], remedy: str) -> InitErrorDetails:
     return InitErrorDetails(type=error, loc=path, input=None)
 
 
-def _unit(unit: str) -> JsonDict:
-    """Return the metadata of a field's unit, empty for names, switches and counts."""
-    return {"unit": unit}
+def _shown(
+    unit: str, effect: str, usual: tuple[float, float] | None = None, *, log: bool = False
+) -> JsonDict:
+    """Return the metadata with which panels and documents show a field.
+
+    Args:
+        unit: empty for names, switches and counts.
+        effect: what it does to the bow.
+        usual: the range that a slider covers, of a number that may be far beyond it.
+        log: whether a slider moves by factors.
+    """
+    shown: JsonDict = {"unit": unit, "effect": effect}
+    if usual is not None:
+        shown["usual"] = [*usual]
+    if log:
+        shown["log"] = True
+    return shown
 
 
 class Table(BaseModel):
@@ -87,23 +101,42 @@ class Camera(Table):
     """A perspective camera."""
 
     position_m: Point = Field(
-        (0.0, 0.0, 1.6), description="the eye: east, north, up", json_schema_extra=_unit("m")
+        (0.0, 0.0, 1.6),
+        description="the eye: east, north, up",
+        json_schema_extra=_shown(
+            "m",
+            "Near drops fill more of the view, and the lamp's bow changes its shape; a sun's stays "
+            "about the antisolar point.",
+            (-2000.0, 2000.0),
+        ),
     )
     azimuth_deg: float = Field(
-        0.0, description="direction of view, clockwise from north", json_schema_extra=_unit("deg")
+        0.0,
+        description="direction of view, clockwise from north",
+        json_schema_extra=_shown(
+            "deg", "Turns the view; the bow stands opposite the sun.", (-180.0, 180.0)
+        ),
     )
     altitude_deg: AltitudeDeg = Field(
-        20.0, description="direction of view, above the horizon", json_schema_extra=_unit("deg")
+        20.0,
+        description="direction of view, above the horizon",
+        json_schema_extra=_shown(
+            "deg", "Raises the view; the bow's top stands at 42 degrees less the sun's altitude."
+        ),
     )
     fov_deg: float = Field(
         75.0,
         gt=0,
         lt=180,
         description="horizontal field of view, whole angle, over the full width",
-        json_schema_extra=_unit("deg"),
+        json_schema_extra=_shown(
+            "deg", "Zooms: the primary bow is 84 degrees across, the secondary 102.", (5.0, 150.0)
+        ),
     )
     size_px: Annotated[tuple[Pixels, Pixels], Strict(False)] = Field(
-        (1280, 720), description="width and height of the picture", json_schema_extra=_unit("px")
+        (1280, 720),
+        description="width and height of the picture",
+        json_schema_extra=_shown("px", "More pixels show finer fringes."),
     )
     polarizer_deg: float | None = Field(
         None,
@@ -111,7 +144,12 @@ class Camera(Table):
         le=360,
         description="a polarising filter before the lens: the direction that it lets pass, "
         "counterclockwise from horizontal as the eye sees it; left out: none",
-        json_schema_extra=_unit("deg"),
+        json_schema_extra=_shown(
+            "deg",
+            "The bow is polarised along its arc: a filter along it lets it pass, one across it all "
+            "but puts it out.",
+            (-90.0, 90.0),
+        ),
     )
 
 
@@ -119,30 +157,43 @@ class SunLight(Table):
     """A uniform disc at infinity."""
 
     type: Literal["sun"] = Field(
-        "sun", description="the kind of light", json_schema_extra=_unit("")
+        "sun",
+        description="the kind of light",
+        json_schema_extra=_shown(
+            "",
+            "The sun's bow is round about the antisolar point, a lamp's bends through the volume.",
+        ),
     )
     altitude_deg: AltitudeDeg = Field(
         20.0,
         description="where the disc's centre stands, above the horizon",
-        json_schema_extra=_unit("deg"),
+        json_schema_extra=_shown(
+            "deg",
+            "A higher sun lowers the bow; above 42 degrees the primary is below the horizon. A "
+            "low one reddens it.",
+        ),
     )
     azimuth_deg: float = Field(
         180.0,
         description="where the disc's centre stands, clockwise from north",
-        json_schema_extra=_unit("deg"),
+        json_schema_extra=_shown("deg", "Turns the bow about the eye.", (0.0, 360.0)),
     )
     spectrum: str = Field(
         "E490",
         min_length=1,
         description=_SPECTRUM,
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown(
+            "", "The colours that the bow can have: a line spectrum gives separate lines."
+        ),
     )
     angular_diameter_deg: float = Field(
         SUN_DIAMETER_DEG,
         ge=0,
         le=MAX_DISC_DEG,
         description="the disc across; 0 is a point at infinity",
-        json_schema_extra=_unit("deg"),
+        json_schema_extra=_shown(
+            "deg", "A wider disc blurs the colours and the supernumerary bows.", (0.0, 5.0)
+        ),
     )
     irradiance_w_m2: float | None = Field(
         None,
@@ -150,7 +201,9 @@ class SunLight(Table):
         le=1e12,
         description="irradiance over 380-780 nm above the air, facing the light; "
         "left out: the 654.95 of E490",
-        json_schema_extra=_unit("W/m²"),
+        json_schema_extra=_shown(
+            "W/m²", "All of the bow grows brighter alike.", (1.0, 2000.0), log=True
+        ),
     )
 
 
@@ -158,19 +211,36 @@ class PointLight(Table):
     """A small lamp that radiates equally in all directions."""
 
     type: Literal["point"] = Field(
-        "point", description="the kind of light", json_schema_extra=_unit("")
+        "point",
+        description="the kind of light",
+        json_schema_extra=_shown(
+            "",
+            "The sun's bow is round about the antisolar point, a lamp's bends through the volume.",
+        ),
     )
     position_m: Point = Field(
-        description="where the lamp hangs: east, north, up", json_schema_extra=_unit("m")
+        description="where the lamp hangs: east, north, up",
+        json_schema_extra=_shown(
+            "m",
+            "The bow's surface passes through eye and lamp; its shape changes with both.",
+            (-500.0, 500.0),
+        ),
     )
     spectrum: str = Field(
         "E490",
         min_length=1,
         description=_SPECTRUM,
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown(
+            "", "The colours that the bow can have: a sodium lamp's is yellow throughout."
+        ),
     )
     luminous_flux_lm: float = Field(
-        gt=0, le=1e12, description="luminous flux in all directions", json_schema_extra=_unit("lm")
+        gt=0,
+        le=1e12,
+        description="luminous flux in all directions",
+        json_schema_extra=_shown(
+            "lm", "All of the bow grows brighter alike.", (10.0, 1e6), log=True
+        ),
     )
     diameter_m: float = Field(
         0.1,
@@ -178,7 +248,7 @@ class PointLight(Table):
         le=10,
         description="the glowing sphere across: drops see a disc, and none are inside; "
         "0 is a point",
-        json_schema_extra=_unit("m"),
+        json_schema_extra=_shown("m", "A wider lamp blurs the bow in the drops near it."),
     )
 
 
@@ -188,28 +258,55 @@ Light = Annotated[SunLight | PointLight, Field(discriminator="type")]
 class ConstantRadius(Table):
     """All drops alike."""
 
-    distribution: Literal["constant"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
-    radius_um: RadiusUm = Field(description="radius of every drop", json_schema_extra=_unit("µm"))
+    distribution: Literal["constant"] = Field(
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
+    )
+    radius_um: RadiusUm = Field(
+        description="radius of every drop",
+        json_schema_extra=_shown(
+            "µm",
+            "Small drops make a wide pale bow, large ones a narrow one of strong colours.",
+            log=True,
+        ),
+    )
 
 
 class _Mixed(Table):
     """Drops of several sizes: one drawn for each grid point, or all of them everywhere."""
 
     # Narrowed below; declared here so that it stays the first key.
-    distribution: str = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    distribution: str = Field(
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
+    )
     mixing: Literal["per-point", "local"] = Field(
         "per-point",
         description="per-point: each grid point has drops of one size, drawn at random; "
         "local: each has the whole distribution",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown(
+            "",
+            "Per point, fringes of single sizes shimmer through the rain; local gives the smooth bow "
+            "of the whole mixture.",
+        ),
     )
 
 
 class _RadiusRange(_Mixed):
     """Radii between two ends."""
 
-    min_um: RadiusUm = Field(description="smallest radius", json_schema_extra=_unit("µm"))
-    max_um: RadiusUm = Field(description="largest radius", json_schema_extra=_unit("µm"))
+    min_um: RadiusUm = Field(
+        description="smallest radius",
+        json_schema_extra=_shown("µm", "Small drops add a wide, pale band.", log=True),
+    )
+    max_um: RadiusUm = Field(
+        description="largest radius",
+        json_schema_extra=_shown("µm", "Large drops narrow the bow and deepen its red.", log=True),
+    )
 
     @field_validator("max_um")
     @classmethod
@@ -223,34 +320,61 @@ class _RadiusRange(_Mixed):
 class UniformRadius(_RadiusRange):
     """Radii drawn evenly between two ends."""
 
-    distribution: Literal["uniform"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    distribution: Literal["uniform"] = Field(
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
+    )
 
 
 class NormalRadius(_Mixed):
     """Radii drawn from a bell curve."""
 
-    distribution: Literal["normal"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
-    mean_um: RadiusUm = Field(description="mean radius", json_schema_extra=_unit("µm"))
+    distribution: Literal["normal"] = Field(
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
+    )
+    mean_um: RadiusUm = Field(
+        description="mean radius",
+        json_schema_extra=_shown(
+            "µm",
+            "Small drops make a wide pale bow, large ones a narrow one of strong colours.",
+            log=True,
+        ),
+    )
     std_um: float = Field(
         ge=0.1,
         le=MAX_RADIUS_UM,
         description="standard deviation of the radius",
-        json_schema_extra=_unit("µm"),
+        json_schema_extra=_shown("µm", "More spread washes out the supernumerary bows.", log=True),
     )
 
 
 class LognormalRadius(_Mixed):
     """Radii whose logarithms follow a bell curve."""
 
-    distribution: Literal["lognormal"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    distribution: Literal["lognormal"] = Field(
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
+    )
     median_um: RadiusUm = Field(
-        description="radius that half of the drops exceed", json_schema_extra=_unit("µm")
+        description="radius that half of the drops exceed",
+        json_schema_extra=_shown(
+            "µm",
+            "Small drops make a wide pale bow, large ones a narrow one of strong colours.",
+            log=True,
+        ),
     )
     log_std: float = Field(
         ge=0.01,
         le=2,
         description="standard deviation of ln(radius)",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "More spread washes out the supernumerary bows.", log=True),
     )
 
 
@@ -258,37 +382,50 @@ class _Effective(_Mixed):
     """A distribution given by its mean radius and variance, both weighted by area."""
 
     effective_radius_um: RadiusUm = Field(
-        description="mean radius, weighted by area", json_schema_extra=_unit("µm")
+        description="mean radius, weighted by area",
+        json_schema_extra=_shown(
+            "µm", "Below 30 a white fogbow, above 500 a bow of strong colours.", log=True
+        ),
     )
 
 
 class GammaRadius(_Effective):
     """Hansen's gamma distribution, the common one for clouds."""
 
-    distribution: Literal["gamma"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    distribution: Literal["gamma"] = Field(
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
+    )
     effective_variance: float = Field(
         ge=1e-4,
         le=0.45,
         description="variance over mean square of the radius, weighted by area",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "More spread washes out the supernumerary bows.", log=True),
     )
 
 
 class ModifiedGammaRadius(_Effective):
     """Deirmendjian's modified gamma distribution: r^alpha exp(-b r^exponent)."""
 
-    distribution: Literal["modified-gamma"] = Field(description=_DRAWN, json_schema_extra=_unit(""))
+    distribution: Literal["modified-gamma"] = Field(
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
+    )
     effective_variance: float = Field(
         ge=1e-4,
         le=0.45,
         description="variance over mean square of the radius, weighted by area",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "More spread washes out the supernumerary bows.", log=True),
     )
     exponent: float = Field(
         ge=0.5,
         le=5,
         description="power of the radius in the exponential; 1 is gamma",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "Higher powers cut off the largest drops."),
     )
 
 
@@ -296,7 +433,10 @@ class MarshallPalmerRadius(_RadiusRange):
     """Radii of rain, whose number follows from the rain rate."""
 
     distribution: Literal["marshall-palmer"] = Field(
-        description=_DRAWN, json_schema_extra=_unit("")
+        description=_DRAWN,
+        json_schema_extra=_shown(
+            "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        ),
     )
 
 
@@ -320,14 +460,24 @@ class Density(Table):
         ge=0,
         le=MAX_DENSITY_PER_M3,
         description="drops in a cubic metre; every distribution but marshall-palmer",
-        json_schema_extra=_unit("1/m³"),
+        json_schema_extra=_shown(
+            "1/m³",
+            "More drops make a brighter bow, until they hide each other.",
+            (1.0, 1e6),
+            log=True,
+        ),
     )
     rain_rate_mm_h: float | None = Field(
         None,
         gt=0,
         le=1000,
         description="rain rate, from which the density follows; with marshall-palmer",
-        json_schema_extra=_unit("mm/h"),
+        json_schema_extra=_shown(
+            "mm/h",
+            "Heavier rain has more and larger drops: a brighter bow of stronger colours.",
+            (0.1, 200.0),
+            log=True,
+        ),
     )
 
 
@@ -342,18 +492,27 @@ class Droplets(Table):
     box_m: Box | None = Field(
         None,
         description="lower and upper corner: [[east, north, up], [east, north, up]]",
-        json_schema_extra=_unit("m"),
+        json_schema_extra=_shown(
+            "m", "The bow is seen only where a ray meets the box.", (-2000.0, 2000.0)
+        ),
     )
     grid: Grid | None = Field(
         None,
         description="grid points along east, north, up; left out: a uniform volume",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown(
+            "", "Finer grids show finer shafts and more drawn radii.", (2.0, 128.0)
+        ),
     )
-    seed: int = Field(1, ge=0, description="seed of the random radii", json_schema_extra=_unit(""))
+    seed: int = Field(
+        1,
+        ge=0,
+        description="seed of the random radii",
+        json_schema_extra=_shown("", "Other random drops of the same distribution.", (0.0, 100.0)),
+    )
     extinction: bool = Field(
         False,
         description="the rain's own attenuation, towards light and eye",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "Dense rain dims what lies deep in it."),
     )
     extinction_efficiency: float | None = Field(
         None,
@@ -361,17 +520,23 @@ class Droplets(Table):
         le=5,
         description="light that a drop takes away, over what falls on it; left out: by drop size, "
         "2 for cloud drops to 1 for rain, whose diffraction stays within the light's disc",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "Higher values let less light out of the rain."),
     )
     file: str | None = Field(
         None,
         min_length=1,
         description="volume file (.npz), instead of box_m, grid, radius and density",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "The rain's own shape: the bow brightens in its shafts."),
     )
-    radius: Radius | None = Field(None, description="the drops' radii", json_schema_extra=_unit(""))
+    radius: Radius | None = Field(
+        None,
+        description="the drops' radii",
+        json_schema_extra=_shown("", "The size of the drops decides the bow's width and colours."),
+    )
     density: Density | None = Field(
-        None, description="the number of drops", json_schema_extra=_unit("")
+        None,
+        description="the number of drops",
+        json_schema_extra=_shown("", "More drops make a brighter bow, until they hide each other."),
     )
 
     @field_validator("grid")
@@ -459,7 +624,7 @@ class Atmosphere(Table):
     rayleigh: bool = Field(
         True,
         description="attenuation by the air's molecules",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "The air takes blue away: far rain and low suns redden."),
     )
 
 
@@ -470,7 +635,9 @@ class Scattering(Table):
         "airy",
         description="theory of the single drop: airy for the bows alone, mie for all that a "
         "sphere does, exactly",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown(
+            "", "Mie adds the glory, the corona and the light between the bows."
+        ),
     )
     size_spread: float = Field(
         0.02,
@@ -478,20 +645,23 @@ class Scattering(Table):
         le=SIZE_SPREADS[1],
         description="standard deviation of ln(radius) about each drop size, which blurs the "
         "resonances of a single size (mie); 0.02 is 2 %",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "More spread blurs the finest fringes."),
     )
     orders: Annotated[tuple[Order, ...], Strict(False)] = Field(
         (1, 2),
         min_length=1,
         description="internal reflections: 1 primary bow, 2 secondary; mie has all",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "1 is the primary bow, 2 the secondary, reversed and paler."),
     )
     water_temperature_c: float = Field(
         20.0,
         ge=WATER_C[0],
         le=WATER_C[1],
         description="sets the refractive index of water",
-        json_schema_extra=_unit("°C"),
+        json_schema_extra=_shown(
+            "°C",
+            "Warmer water bends light less: the bow widens by a hundredth of a degree a kelvin.",
+        ),
     )
 
     @field_validator("orders")
@@ -510,14 +680,16 @@ class Render(Table):
         ge=0.05,
         le=40,
         description="must divide 400 nm evenly; methods spectral and reference",
-        json_schema_extra=_unit("nm"),
+        json_schema_extra=_shown(
+            "nm", "Coarse steps show as bands in fringes and under line spectra.", log=True
+        ),
     )
     steps: int | None = Field(
         None,
         ge=1,
         le=100_000,
         description="samples along a ray; left out: follows the grid",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "Few samples miss shafts of rain.", (1.0, 1000.0), log=True),
     )
 
     max_delta_e: float = Field(
@@ -526,7 +698,7 @@ class Render(Table):
         le=MOST_DELTA_E,
         description="colour difference (CIEDE2000, 99th percentile of pixels) from the truth that"
         " method fast may have",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "A larger error is a quicker picture.", log=True),
     )
 
     @field_validator("wavelength_step_nm")
@@ -555,11 +727,11 @@ class Compare(Table):
         ge=0,
         le=1,
         description="share of the width, from the left, that shows the scene as it stands",
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "Where the two pictures meet."),
     )
     right: dict[str, Any] = Field(
         description='keys and values of the rest, such as { "atmosphere.rayleigh" = false }',
-        json_schema_extra=_unit(""),
+        json_schema_extra=_shown("", "What differs on the right."),
     )
 
     def __hash__(self) -> int:

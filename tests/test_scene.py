@@ -211,6 +211,7 @@ def test_the_walk_meets_every_table_once():
 @pytest.mark.parametrize(("table", "key", "field"), fields())
 def test_every_field_says_what_it_is_in_which_unit(table, key, field):
     assert field.description
+    assert field.json_schema_extra["effect"]
     unit = field.json_schema_extra["unit"]
     suffixes = {
         "um": "µm",
