@@ -290,8 +290,8 @@ class _Mixed(Table):
         "local: each has the whole distribution",
         json_schema_extra=_shown(
             "",
-            "Per point, fringes of single sizes shimmer through the rain; local gives the smooth bow "
-            "of the whole mixture.",
+            "Per point, fringes of single sizes shimmer through the rain; local gives the smooth "
+            "bow of the whole mixture.",
         ),
     )
 
