@@ -1,0 +1,1 @@
+"""The live window. It knows the renderer; the renderer does not know it."""
