@@ -7,11 +7,12 @@ from typing import Any, Literal
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.context import GlContext
 from rtbow.fast_lamp import FastLamp
+from rtbow.fast_scene import FastScene, fast_scene
 from rtbow.fast_settings import settings_for
 from rtbow.fast_sun import FastSun
 from rtbow.fast_volume import kind_of
-from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes, volume_texture
-from rtbow.parts import Parts, moved_parts, scene_parts
+from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes
+from rtbow.parts import scene_parts
 from rtbow.scene import Scene
 
 
@@ -31,34 +32,14 @@ class FastPass:
     method: Literal["fast"] = "fast"
 
     def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
-        self._gl, self._scene = gl, scene
-        self._parts = scene_parts(scene, tables=False)
-        self._target: FrameTarget | None = None
-        check_sizes(gl, scene.camera.size_px, self._parts.volume.shape)
-        even = self._parts.volume.uniform
-        self._drops = None if even else volume_texture(gl, self._parts.moments())
-        self._roaming = False
-        self._lights = self._make_lights(scene, self._parts, progress, roaming=False)
-
-    def _make_lights(
-        self, scene: Scene, parts: Parts, progress: Progress, *, roaming: bool
-    ) -> list[FastSun | FastLamp]:
+        parts = scene_parts(scene, tables=False)
+        check_sizes(gl, scene.camera.size_px, parts.volume.shape)
         settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
-        suns = [
-            FastSun(
-                self._gl, scene, parts, number, settings, self._drops, progress,
-                roaming=roaming,
-            )
-            for number in range(len(parts.optics.suns))
-        ]  # fmt: skip
-        lamps = [
-            FastLamp(
-                self._gl, scene, parts, number, settings, self._drops, progress,
-                roaming=roaming,
-            )
-            for number in range(len(parts.optics.lamps))
-        ]  # fmt: skip
-        return [*suns, *lamps]
+        self._here = fast_scene(gl, scene, parts, settings)
+        self._still = _without_places(scene)
+        self._target: FrameTarget | None = None
+        self._roaming = False
+        self._lights = _make_lights(self._here, progress, roaming=False)
 
     def move(self, scene: Scene) -> bool:
         """Take over another scene, if it differs only in where camera and lights are.
@@ -68,14 +49,14 @@ class FastPass:
         Returns:
             Whether it does; if not, nothing has changed.
         """
-        if not same_but_places(self._scene, scene):
+        if _without_places(scene) != self._still:
             return False
-        parts = moved_parts(self._parts, scene)
+        here = self._here.moved(scene)
         # Those that could move are made anew, too, where one could not.
-        if not self._roaming or not all(one.move(scene, parts) for one in self._lights):
-            self._lights = self._make_lights(scene, parts, no_progress, roaming=True)
+        if not self._roaming or not all(one.move(here) for one in self._lights):
+            self._lights = _make_lights(here, no_progress, roaming=True)
             self._roaming = True
-        self._parts, self._scene = parts, scene
+        self._here = here
         return True
 
     @property
@@ -90,16 +71,16 @@ class FastPass:
             progress: is told that all rows are done.
             columns: which columns of the picture, a slice of step 1; all by default.
         """
-        width, height = self._scene.camera.size_px
+        width, height = self._here.scene.camera.size_px
         if self._target is None:
-            self._target = FrameTarget(self._gl, (width, height))
+            self._target = FrameTarget(self._here.gl, (width, height))
         left, right, _ = columns.indices(width)
         frame = self._target.begin(clear=not self._lights)
         frame.scissor = (left, 0, right - left, height)
         for number, light in enumerate(self._lights):
             # The first writes every pixel: neither reading nor clearing what is there costs little.
             light.draw(self._target, add=number > 0)
-        self._gl.ctx.finish()
+        self._here.gl.ctx.finish()
         frame.scissor = (0, 0, width, height)
         for _ in progress(range(height)):
             pass
@@ -114,12 +95,15 @@ class FastPass:
         return self.draw(progress, columns).read(columns)
 
 
-def same_but_places(one: Scene, other: Scene) -> bool:
-    """Whether two scenes differ at most in where their cameras and lights are."""
-    return _without_places(one) == _without_places(other)
+def _make_lights(here: FastScene, progress: Progress, *, roaming: bool) -> list[FastSun | FastLamp]:
+    optics = here.parts.optics
+    suns = [FastSun(here, k, progress, roaming=roaming) for k in range(len(optics.suns))]
+    lamps = [FastLamp(here, k, progress, roaming=roaming) for k in range(len(optics.lamps))]
+    return [*suns, *lamps]
 
 
 def _without_places(scene: Scene) -> dict[str, Any]:
+    """Give all of a scene but where its camera and lights are."""
     values = scene.model_dump()
     for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg"):
         values["camera"].pop(name)

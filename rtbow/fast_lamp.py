@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 
-import moderngl
 import numpy as np
 
 from rtbow.arrays import Array, Float32, Progress, floats
@@ -27,28 +26,23 @@ from rtbow.colour_table import (
     light_basis,
     unfolded,
 )
-from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_scene import (
+    FastScene,
     bind_rain,
     block_for,
     blocks_of,
     check_loops,
     flag_target,
-    march_rates,
-    radius_rows,
     rain_colour,
     scene_defines,
-    set_march,
     set_scene,
 )
-from rtbow.fast_settings import FastSettings, node_step_nm
-from rtbow.fast_volume import filled_box, lamp_column
+from rtbow.fast_settings import node_step_nm
+from rtbow.fast_volume import lamp_column
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
-from rtbow.lights import NEAREST_M
-from rtbow.parts import Parts
-from rtbow.scene import Scene
+from rtbow.lights import NEAREST_M, Lamp
 from rtbow.section_table import running_integral
 from rtbow.steps import lamp_steps, most_steps
 
@@ -74,37 +68,30 @@ class FastLamp:
     """One lamp's programs and textures.
 
     Args:
-        gl: the context; it must be current here and in :meth:`draw`.
-        scene: the scene.
-        parts: its parts.
+        here: the scene, whose GL context must be current here and in every method.
         number: which of its lamps.
-        settings: how coarse.
-        drops_texture: the volume's moments, shared by all lights; None for an even volume.
         building: wraps the loop over parts of an exact table that has to be built first.
         roaming: make tables that serve other places of camera and lamp, too.
     """
 
     def __init__(
-        self, gl: GlContext, scene: Scene, parts: Parts, number: int, settings: FastSettings,
-        drops_texture: moderngl.Texture3D | None, building: Progress, *, roaming: bool = False,
-    ) -> None:  # fmt: skip
-        self._gl, self._number, self._settings = gl, number, settings
-        self._scene, self._parts = scene, parts
-        lamp, volume, air = parts.optics.lamps[number], parts.volume, parts.optics.has_air
-        self._box = filled_box(volume)
-        self._radii = radius_rows(volume, settings)
-        self._column = self._reach(parts)
+        self, here: FastScene, number: int, building: Progress, *, roaming: bool = False
+    ) -> None:
+        self._here, self._number = here, number
+        gl, scene, parts, settings = here.gl, here.scene, here.parts, here.settings
+        lamp, volume, air = self._lamp, parts.volume, parts.optics.has_air
+        self._column = self._reach(here)
         if roaming and air:
             self._column = Column(0.0, 2.0 * self._column.high)
-        drops = Drops(scene.scattering, np.exp(self._radii.fine), volume.sizes)
+        drops = Drops(scene.scattering, np.exp(here.radii.fine), volume.sizes)
         basis = light_basis(
             lamp.spectrum, node_step_nm(settings, blurred=not drops.on_device), self._column,
-            rain_colour(parts, settings),
+            rain_colour(here),
         )  # fmt: skip
         self._grey = basis.grey(self._column.middle)
         fringe = bow_width(volume.size_range_um[1] * 1e-6)
         wide = lamp.radius_m / max(float(np.linalg.norm(lamp.position_m - parts.eye_m)), 1e-3)
-        if len(self._radii.rows) > 1 and wide > _WIDE_DISC * settings.share * fringe:
+        if len(here.radii.rows) > 1 and wide > _WIDE_DISC * settings.share * fringe:
             raise UnsuitedError(
                 f"light.diameter_m = {2.0 * lamp.radius_m:g}: method fast does not follow fringes"
                 " of drops of several radii under so large a lamp; use --method spectral, a smaller"
@@ -116,14 +103,14 @@ class FastLamp:
             gl, drops, basis, unfolded(chord), 0.0,
             components=scene.camera.polarizer_deg is not None, progress=building,
         )  # fmt: skip
-        fit = hat_fit(self._radii.fine, self._radii.rows)
+        fit = hat_fit(here.radii.fine, here.radii.rows)
         fitted = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
         degree = column_degree(basis, self._column, settings.colour)
         self.table = colour_table(fitted, basis, self._column, degree, chord)
         even = volume.uniform and parts.rain is None
         self._block = 0 if even else block_for(scene.camera, settings.lamp_block)
         defines: dict[str, Define] = {
-            **scene_defines(scene, parts, self.table),
+            **scene_defines(here, self.table),
             "NEAREST_M": NEAREST_M,
             "LAMP_COUNT": 1,
             "LAMP_DISC": lamp.radius_m > 0.0,
@@ -142,83 +129,83 @@ class FastLamp:
             self._flags = GlProgram(gl, "fast_flags.frag", {**defines, "SEVERAL_RADII": False})
             self._marching.append(self._node)
             self._make_nodes()
-        self._bind(chord, fringe, drops_texture)
+        self._bind(chord, fringe)
         self._place()
 
-    def move(self, scene: Scene, parts: Parts) -> bool:
+    @property
+    def _lamp(self) -> Lamp:
+        return self._here.parts.optics.lamps[self._number]
+
+    def move(self, here: FastScene) -> bool:
         """Take over a scene that differs in where camera and lamp are.
 
         Returns:
             Whether that could be done; if not, nothing has changed.
         """
-        if self._reach(parts).high > self._column.high:
+        if self._reach(here).high > self._column.high:
             return False
-        moved = parts.optics.lamps[self._number].position_m
-        if np.any(moved != self._parts.optics.lamps[self._number].position_m):
-            bind_rain(self._gl, self._marching, parts.optics.lamps[self._number], parts)
-        self._scene, self._parts = scene, parts
+        before, self._here = self._lamp, here
+        if np.any(before.position_m != self._lamp.position_m):
+            bind_rain(self._marching, self._lamp, here)
         self._place()
         return True
 
     def _air_steps(self) -> int:
         """Steps through even drops in air, a power of two: each halves the one before."""
-        wanted = most_steps(march_rates(self._parts, self._settings), self._parts.volume)
+        wanted = most_steps(self._here.rates, self._here.parts.volume)
         return min(max(1 << math.ceil(math.log2(wanted)), 2), _MOST_AIR_STEPS)
 
-    def _reach(self, parts: Parts) -> Column:
-        if not parts.optics.has_air:
+    def _reach(self, here: FastScene) -> Column:
+        if not here.parts.optics.has_air:
             return NO_AIR
-        return lamp_column(parts.optics.lamps[self._number], self._box, parts.eye_m)
+        return lamp_column(here.parts.optics.lamps[self._number], here.box_m, here.parts.eye_m)
 
-    def _bind(self, chord: Array, fringe: float, drops_texture: moderngl.Texture3D | None) -> None:
+    def _bind(self, chord: Array, fringe: float) -> None:
         """Upload what stays, wherever camera and lamp are."""
-        lamp, table = self._parts.optics.lamps[self._number], self.table
+        here, lamp, table = self._here, self._lamp, self.table
         colours = table.values[: table.rows * table.components]
         running = running_colours(floats(colours), unfolded(chord))
         first = _LEAST_BLUR * fringe
         if lamp.radius_m > 0.0 and table.rows == 1:
             ratios = np.geomspace(first, _MOST_RATIO, _DISC_ROWS - 1)
             running = over_discs(table, chord, ratios, fringe)
-        textures = row_texture(self._gl, table.values), row_texture(self._gl, running)
+        textures = row_texture(here.gl, table.values), row_texture(here.gl, running)
         per_fold = (_DISC_ROWS - 2) / float(np.log(_MOST_RATIO / first))
         for program in self._marching:
             program.bind("colours", textures[0])
             program.bind("runningColours", textures[1])
             program.set("discRows", (float(np.log(first)), per_fold))
             program.set("chordAxis", (table.first, table.per_chord))
-            if drops_texture is not None:
-                program.bind("dropletMoments", drops_texture)
-        bind_rain(self._gl, self._marching, lamp, self._parts)
-        check_loops(self._scene, self._parts, self._settings, 2)
+            if here.drops is not None:
+                program.bind("dropletMoments", here.drops)
+        bind_rain(self._marching, lamp, here)
+        check_loops(here, 2)
 
     def _place(self) -> None:
         """Set all that depends on where camera and lamp are."""
-        scene, parts, settings = self._scene, self._parts, self._settings
-        lamp = parts.optics.lamps[self._number]
-        rates = march_rates(parts, settings)
-        steps = int(np.ceil(settings.lamp_scale * lamp_steps(rates, parts.volume)))
-        many = scene.render.steps or steps
+        here, lamp = self._here, self._lamp
+        steps = here.settings.lamp_scale * lamp_steps(here.rates, here.parts.volume)
+        many = here.scene.render.steps or int(np.ceil(steps))
         for program in self._marching:
-            set_scene(program, scene, parts, self._box)
-            set_march(program, scene, rates, self._radii, self._grey)
-            program.set("lampSphere", (*(lamp.position_m - parts.eye_m), lamp.radius_m))
+            set_scene(program, here, self._grey)
+            program.set("lampSphere", (*(lamp.position_m - here.parts.eye_m), lamp.radius_m))
             program.set("columnReach", self._column.reach)
             program.set("middleAir", self._column.middle)
-            program.set("fewSteps", settings.few_steps if self._block else many)
+            program.set("fewSteps", here.settings.few_steps if self._block else many)
             program.set("manySteps", many)
 
     def _make_nodes(self) -> None:
-        blocks = blocks_of(self._scene.camera.size_px, self._block)
-        ctx = self._gl.ctx
+        blocks = blocks_of(self._here.scene.camera.size_px, self._block)
+        ctx = self._here.gl.ctx
         nodes = ctx.texture((blocks[0] + 3, blocks[1] + 3), 4, dtype="f4")
         nodes.repeat_x = nodes.repeat_y = False
-        flags = flag_target(self._gl, blocks)
+        flags = flag_target(self._here.gl, blocks)
         self._flags.bind("nodes", nodes)
         self._compose.bind("nodes", nodes)
         self._compose.bind("flags", flags)
         self._node_frame = ctx.framebuffer([nodes])
         self._flag_frame = ctx.framebuffer([flags])
-        bend = self._settings.lamp_bend
+        bend = self._here.settings.lamp_bend
         self._flags.set("tolerance", (1e30, bend, bend, bend))
 
     @property
@@ -234,7 +221,7 @@ class FastLamp:
                 program.use()
                 program.draw()
         target.use()
-        with added_up(self._gl, add):
+        with added_up(self._here.gl, add):
             self._compose.use()
             self._compose.draw()
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -18,15 +20,22 @@ from rtbow.colour_table import ColourTable
 from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_settings import FastSettings, hat_rows
-from rtbow.fast_volume import greatest_depth, kind_of, light_range_um, radius_spread
+from rtbow.fast_volume import filled_box, greatest_depth, kind_of, light_range_um, radius_spread
 from rtbow.gl_program import GlProgram, volume_texture
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
-from rtbow.parts import Parts
+from rtbow.parts import Parts, moved_parts
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import radius_axis
 from rtbow.spectral_layout import MAX_STEPS, MOST_LOOPS, matrix_literal
-from rtbow.steps import LEAST_RAIN_SAMPLES, StepRates, lamp_steps, most_steps, step_rates
+from rtbow.steps import (
+    LEAST_RAIN_SAMPLES,
+    StepRates,
+    grid_cells,
+    lamp_steps,
+    most_steps,
+    rates_on_grid,
+)
 from rtbow.volume import DropletVolume
 
 _WIDEST_BLOCK_DEG = 1.1
@@ -67,28 +76,77 @@ def radius_rows(volume: DropletVolume, settings: FastSettings) -> RadiusRows:
     return RadiusRows(fine, np.linspace(fine[0], fine[-1], count), middle)
 
 
-def rain_colour(parts: Parts, settings: FastSettings) -> Callable[[Array], Array] | None:
+@dataclass(frozen=True)
+class FastScene:
+    """A scene on a GL context, as the programs of all its lights see it.
+
+    Attributes:
+        gl: the context.
+        scene: the scene.
+        parts: what it is made of.
+        settings: how coarse.
+        box_m: the part of the volume that has drops (2, 3).
+        radii: of the tables.
+        grid_cells: samples per metre along each axis that the grid alone asks for (3,).
+        rates: samples per metre of ray.
+        drops: the volume's moments; None for an even one.
+    """
+
+    gl: GlContext
+    scene: Scene
+    parts: Parts
+    settings: FastSettings
+    box_m: Array
+    radii: RadiusRows
+    grid_cells: Array
+    rates: StepRates
+    drops: moderngl.Texture3D | None
+
+    def moved(self, scene: Scene) -> FastScene:
+        """Give a scene that differs in where camera and lights are; the volume's part is shared."""
+        parts = moved_parts(self.parts, self.scene, scene)
+        rates = self.rates
+        if parts.optics is not self.parts.optics:
+            rates = _rates(parts, self.grid_cells)
+        return replace(self, scene=scene, parts=parts, rates=rates)
+
+    @cached_property
+    def view(self) -> Mapping[str, Any]:
+        """Uniforms that the programs of all lights share."""
+        return _view(self)
+
+
+def fast_scene(gl: GlContext, scene: Scene, parts: Parts, settings: FastSettings) -> FastScene:
+    """Work out what follows from a scene's volume, and upload it."""
+    volume = parts.volume
+    cells = grid_cells(volume, settings.samples_per_cell, settings.samples_per_log_radius)
+    return FastScene(
+        gl, scene, parts, settings, filled_box(volume), radius_rows(volume, settings),
+        cells, _rates(parts, cells),
+        None if volume.uniform else volume_texture(gl, parts.moments()),
+    )  # fmt: skip
+
+
+def _rates(parts: Parts, cells: Array) -> StepRates:
+    rain = parts.rain.greatest if parts.rain is not None else 0.0
+    return rates_on_grid(cells, parts.volume, parts.optics, rain)
+
+
+def rain_colour(here: FastScene) -> Callable[[Array], Array] | None:
     """Give the rain's extinction at wavelengths (nm) over that at its own one, where it shows."""
-    rain, nm = parts.rain, parts.optics.wavelength_nm
+    rain, nm = here.parts.rain, here.parts.optics.wavelength_nm
     if rain is None:
         return None
     ratio = rain.ratio
-    depth = min(greatest_depth(parts.volume, rain.greatest), 3.0)
-    if np.abs(ratio - 1.0).max() * depth < settings.colour:
+    depth = min(greatest_depth(here.parts.volume, rain.greatest), 3.0)
+    if np.abs(ratio - 1.0).max() * depth < here.settings.colour:
         return None
     return lambda at: floats(np.interp(at, nm, ratio))
 
 
-def march_rates(parts: Parts, settings: FastSettings) -> StepRates:
-    """Give the samples per metre that the drops, the air and the rain ask for."""
-    rain = parts.rain.greatest if parts.rain is not None else 0.0
-    return step_rates(
-        parts.volume, parts.optics, rain, settings.samples_per_cell, settings.samples_per_log_radius
-    )
-
-
-def scene_defines(scene: Scene, parts: Parts, table: ColourTable) -> dict[str, Define]:
+def scene_defines(here: FastScene, table: ColourTable) -> dict[str, Define]:
     """Give the switches and constants that all programs of one light share."""
+    scene, parts = here.scene, here.parts
     rain, even = parts.rain is not None, parts.volume.uniform
     return {
         "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
@@ -113,50 +171,53 @@ def scene_defines(scene: Scene, parts: Parts, table: ColourTable) -> dict[str, D
     }
 
 
-def set_scene(program: GlProgram, scene: Scene, parts: Parts, box_m: Array) -> None:
-    """Set the uniforms that all programs of method ``fast`` share."""
-    camera, volume = scene.camera, parts.volume
-    eye = parts.eye_m
-    program.set("frameSize", tuple(float(n) for n in camera.size_px))
-    program.set("cameraBasis", tuple(camera_basis(camera).ravel()))
-    program.set("eyeHeight", float(eye[2]))
-    program.set(
-        "eyeAir",
-        float(np.exp(-max(eye[2], -1e5) / constants.SCALE_HEIGHT_M) / constants.SCALE_HEIGHT_M),
-    )
-    if camera.polarizer_deg is not None:
-        program.set("polarizerPass", tuple(polarizer_pass(camera)))
-    program.set("boxLow", tuple(box_m[0] - eye))
-    program.set("boxHigh", tuple(box_m[1] - eye))
-    program.set("gridLow", tuple(volume.box_m[0] - eye))
-    program.set("gridPerMetre", tuple(1.0 / (volume.box_m[1] - volume.box_m[0])))
-    program.set("uniformDensity", float(volume.number_per_m3[0, 0, 0]))
-    program.set("uniformExtinction", parts.rain.greatest if parts.rain is not None else 0.0)
-
-
-def set_march(
-    program: GlProgram, scene: Scene, rates: StepRates, radii: RadiusRows, grey: float
-) -> None:
-    """Set the uniforms of the march and of the weights that it gathers."""
+def set_scene(program: GlProgram, here: FastScene, grey: float) -> None:
+    """Set the uniforms that all programs share, and the depth per column that weights carry."""
+    for name, value in here.view.items():
+        program.set(name, value)
     program.set("greyAir", grey)
-    program.set("middleRadius", radii.middle)
-    if len(radii.rows) > 1:
-        per_fold = (len(radii.rows) - 1) / float(radii.rows[-1] - radii.rows[0])
-        program.set("radiusRows", (float(radii.rows[0]) - radii.middle, per_fold))
-    program.set("cellsPerMetre", tuple(rates.cells_per_metre))
-    program.set("airPerMetre", rates.air_per_metre)
-    program.set("fixedSteps", scene.render.steps or 0)
 
 
-def bind_rain(
-    gl: GlContext, programs: Sequence[GlProgram], light: Sun | Lamp, parts: Parts
-) -> None:
+def _view(here: FastScene) -> dict[str, Any]:
+    camera, parts, rates = here.scene.camera, here.parts, here.rates
+    volume, eye = parts.volume, parts.eye_m
+    view: dict[str, Any] = {
+        "frameSize": tuple(float(n) for n in camera.size_px),
+        "cameraBasis": tuple(camera_basis(camera).ravel()),
+        "eyeHeight": float(eye[2]),
+        "eyeAir": float(
+            np.exp(-max(eye[2], -1e5) / constants.SCALE_HEIGHT_M) / constants.SCALE_HEIGHT_M
+        ),
+        "boxLow": tuple(here.box_m[0] - eye),
+        "boxHigh": tuple(here.box_m[1] - eye),
+        "middleRadius": here.radii.middle,
+        "cellsPerMetre": tuple(rates.cells_per_metre),
+        "airPerMetre": rates.air_per_metre,
+        "fixedSteps": here.scene.render.steps or 0,
+    }
+    if camera.polarizer_deg is not None:
+        view["polarizerPass"] = tuple(polarizer_pass(camera))
+    if volume.uniform:
+        view["uniformDensity"] = float(volume.number_per_m3[0, 0, 0])
+        view["uniformExtinction"] = parts.rain.greatest if parts.rain is not None else 0.0
+    else:
+        view["gridLow"] = tuple(volume.box_m[0] - eye)
+        view["gridPerMetre"] = tuple(1.0 / (volume.box_m[1] - volume.box_m[0]))
+    rows = here.radii.rows
+    if len(rows) > 1:
+        per_fold = (len(rows) - 1) / float(rows[-1] - rows[0])
+        view["radiusRows"] = (float(rows[0]) - here.radii.middle, per_fold)
+    return view
+
+
+def bind_rain(programs: Sequence[GlProgram], light: Sun | Lamp, here: FastScene) -> None:
     """Upload the rain's depths towards a light, where the rain attenuates."""
-    if parts.rain is not None and not parts.volume.uniform:
+    rain, volume = here.parts.rain, here.parts.volume
+    if rain is not None and not volume.uniform:
         from rtbow.extinction import mean_extinction_towards
 
-        towards = mean_extinction_towards(light, parts.volume, parts.rain.field)
-        depths = volume_texture(gl, towards[..., None])
+        towards = mean_extinction_towards(light, volume, rain.field)
+        depths = volume_texture(here.gl, towards[..., None])
         for program in programs:
             program.bind("rainToLight", depths)
 
@@ -168,22 +229,20 @@ def block_for(camera: Camera, most: int) -> int:
     return block if block > 1 else 0
 
 
-def check_loops(scene: Scene, parts: Parts, settings: FastSettings, per_step: int) -> None:
+def check_loops(here: FastScene, per_step: int) -> None:
     """Check that a ray's march fits in one pass of a driver that counts loops.
 
     Args:
-        scene: the scene.
-        parts: its parts.
-        settings: how coarse.
+        here: the scene.
         per_step: iterations of loops within a step, itself included.
 
     Raises:
         UnsuitedError: it does not.
     """
-    rates = march_rates(parts, settings)
-    steps = scene.render.steps or most_steps(rates, parts.volume)
-    if parts.optics.lamps and scene.render.steps is None:
-        steps = max(steps, 2 * lamp_steps(rates, parts.volume))
+    fixed, volume = here.scene.render.steps, here.parts.volume
+    steps = fixed or most_steps(here.rates, volume)
+    if here.parts.optics.lamps and fixed is None:
+        steps = max(steps, 2 * lamp_steps(here.rates, volume))
     if steps * per_step > MOST_LOOPS:
         raise UnsuitedError(
             f"{steps} steps along a ray are more than a shader's loops hold in one pass; use a"

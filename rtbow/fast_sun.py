@@ -31,28 +31,24 @@ from rtbow.colour_table import (
     mean_column_error,
     unfolded,
 )
-from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_scene import (
+    FastScene,
     bind_rain,
     block_for,
     blocks_of,
     check_loops,
     flag_target,
-    march_rates,
-    radius_rows,
     rain_colour,
     scene_defines,
-    set_march,
     set_scene,
 )
-from rtbow.fast_settings import FastSettings, node_step_nm
-from rtbow.fast_volume import DARK_COLUMN, SunColumns, filled_box, is_near, sun_columns
+from rtbow.fast_settings import node_step_nm
+from rtbow.fast_volume import DARK_COLUMN, SunColumns, is_near, sunward_columns
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
 from rtbow.lights import Sun
-from rtbow.parts import Parts, cone_range
-from rtbow.scene import Scene
+from rtbow.parts import cone_range
 from rtbow.steps import most_steps
 
 _MOST_DIRECT = 64
@@ -98,142 +94,149 @@ class FastSun:
     """One sun's programs and textures.
 
     Args:
-        gl: the context; it must be current here and in every method.
-        scene: the scene.
-        parts: its parts.
+        here: the scene, whose GL context must be current here and in every method.
         number: which of its suns.
-        settings: how coarse.
-        drops_texture: the volume's moments, shared by all lights; None for an even volume.
         building: wraps the loop over parts of an exact table that has to be built first.
         roaming: make tables that serve other cameras and altitudes of the sun, too.
     """
 
     def __init__(
-        self, gl: GlContext, scene: Scene, parts: Parts, number: int, settings: FastSettings,
-        drops_texture: moderngl.Texture3D | None, building: Progress, *, roaming: bool = False,
-    ) -> None:  # fmt: skip
-        self._gl, self._scene, self._parts, self._settings = gl, scene, parts, settings
-        self._roaming, self._number = roaming, number
-        volume, optics = parts.volume, parts.optics
-        self._box = filled_box(volume)
-        self._radii = radius_rows(volume, settings)
+        self, here: FastScene, number: int, building: Progress, *, roaming: bool = False
+    ) -> None:
+        self._here, self._number, self._roaming = here, number, roaming
         self._tables: dict[Column, _Colours] = {}
-        columns = self._columns(parts)
+        self._sunward = self._sunward_columns(here)
+        columns = self._columns(here, self._sunward)
         self._bake(columns.column, building)
         colours = self._colours_for(columns.column)
         self.table = colours.table
+        parts, settings = here.parts, here.settings
         # Across the edge of the Earth's shadow a few samples would not do.
-        even = volume.uniform and parts.rain is None and columns.cubic is not None
-        self._block = 0 if even else block_for(scene.camera, settings.block)
+        even = parts.volume.uniform and parts.rain is None and columns.cubic is not None
+        self._block = 0 if even else block_for(here.scene.camera, settings.block)
         rows = self.table.rows
         self._groups = min(-(-rows // 4), _GROUPS) if rows > 1 and self._block else 0
         self._defines: dict[str, Define] = {
-            **scene_defines(scene, parts, self.table),
+            **scene_defines(here, self.table),
             "SUN": True,
             "NODES": False,
             "PARTS": False,
-            **self._air_defines(parts, columns, colours.grey),
+            **self._air_defines(here, columns, colours.grey),
             "BLOCK": self._block,
             "DIRECT": self._direct_samples() if even else 0,
             "HAT_GROUPS": self._groups,
         }
-        self._compose = GlProgram(gl, "fast_sun.frag", self._defines)
+        self._compose = GlProgram(here.gl, "fast_sun.frag", self._defines)
         self._marching = [self._compose]
         self._nodes: _Nodes | None = None
         if self._block:
-            self._path = GlProgram(gl, "fast_path.frag", {**self._defines, "NODES": True})
-            self._flags = GlProgram(gl, "fast_flags.frag", self._defines)
+            self._path = GlProgram(here.gl, "fast_path.frag", {**self._defines, "NODES": True})
+            self._flags = GlProgram(here.gl, "fast_flags.frag", self._defines)
             self._marching.append(self._path)
             self._nodes = self._make_nodes()
         for program in self._marching:
-            if drops_texture is not None:
-                program.bind("dropletMoments", drops_texture)
+            if here.drops is not None:
+                program.bind("dropletMoments", here.drops)
         if self._defines["SHADOW"]:
-            column_texture = row_texture(gl, atmosphere.column_table().log_column)
+            column_texture = row_texture(here.gl, atmosphere.column_table().log_column)
             for program in self._marching:
                 program.bind("columnTable", column_texture)
-        bind_rain(gl, self._marching, optics.suns[number], parts)
-        check_loops(scene, parts, settings, 1 + self._groups)
+        bind_rain(self._marching, self._sun, here)
+        check_loops(here, 1 + self._groups)
         self._place(columns, colours)
 
-    def move(self, scene: Scene, parts: Parts) -> bool:
+    @property
+    def _sun(self) -> Sun:
+        return self._here.parts.optics.suns[self._number]
+
+    def move(self, here: FastScene) -> bool:
         """Take over a scene that differs in where camera and sun are.
 
         Returns:
             Whether that could be done; if not, nothing has changed.
         """
-        columns = self._columns(parts)
+        turned = self._has_turned(here)
+        sunward = self._sunward_columns(here) if turned else self._sunward
+        columns = self._columns(here, sunward)
         colours = self._colours_for(columns.column)
         kept = {name: self._defines[name] for name in ("NEAR_AIR", "SHADOW")}
         if colours.table.degree != self.table.degree:
             return False
-        if self._air_defines(parts, columns, colours.grey) != kept:
+        if self._air_defines(here, columns, colours.grey) != kept:
             return False
-        turned = parts.optics.suns[self._number].direction
-        if np.any(turned != self._parts.optics.suns[self._number].direction):
-            bind_rain(self._gl, self._marching, parts.optics.suns[self._number], parts)
-        self._scene, self._parts = scene, parts
+        self._here, self._sunward = here, sunward
+        if turned:
+            bind_rain(self._marching, self._sun, here)
         self._place(columns, colours)
         return True
 
+    def _has_turned(self, here: FastScene) -> bool:
+        sun = here.parts.optics.suns[self._number]
+        return sun.altitude_rad != self._sun.altitude_rad or bool(
+            np.any(sun.direction != self._sun.direction)
+        )
+
     def _direct_samples(self) -> int:
         """Samples of the air along any ray through even drops: within 1e-4 of the light."""
-        if not self._parts.optics.has_air:
-            return 1
-        wanted = most_steps(march_rates(self._parts, self._settings), self._parts.volume)
-        return min(max(wanted, 2), _MOST_DIRECT)
-
-    def _columns(self, parts: Parts) -> SunColumns:
-        """Columns of the scene, in a range that its tables cover."""
+        parts = self._here.parts
         if not parts.optics.has_air:
+            return 1
+        return min(max(most_steps(self._here.rates, parts.volume), 2), _MOST_DIRECT)
+
+    def _sunward_columns(self, here: FastScene) -> SunColumns:
+        """Columns from the sun to the drops."""
+        if not here.parts.optics.has_air:
             return SunColumns(NO_AIR, np.zeros(4))
-        eye = np.array(parts.eye_m)
-        found = sun_columns(parts.optics.suns[self._number], self._box, eye)
+        return sunward_columns(here.parts.optics.suns[self._number], here.box_m)
+
+    def _columns(self, here: FastScene, sunward: SunColumns) -> SunColumns:
+        """Columns of the scene, in a range that its tables cover."""
+        if not here.parts.optics.has_air:
+            return sunward
+        found = sunward.seen(here.box_m, here.parts.eye_m)
         if not self._roaming:
             return found
         return SunColumns(found.column.window(_WINDOW), found.cubic)
 
-    def _air_defines(self, parts: Parts, columns: SunColumns, grey: float) -> dict[str, Define]:
-        air, shadow = parts.optics.has_air, columns.cubic is None
-        near = air and not shadow and is_near(self._box, parts.eye_m, columns.column, grey)
+    def _air_defines(self, here: FastScene, columns: SunColumns, grey: float) -> dict[str, Define]:
+        air, shadow = here.parts.optics.has_air, columns.cubic is None
+        near = air and not shadow and is_near(here.box_m, here.parts.eye_m, columns.column, grey)
         return {"NEAR_AIR": near, "SHADOW": air and shadow}
 
     def _bake(self, column: Column, building: Progress) -> None:
         """Compute what drops make of the sun's light, whatever its altitude."""
-        parts, settings = self._parts, self._settings
-        sun = parts.optics.suns[self._number]
-        drops = Drops(self._scene.scattering, np.exp(self._radii.fine), parts.volume.sizes)
+        here, sun = self._here, self._sun
+        parts, settings = here.parts, here.settings
+        drops = Drops(here.scene.scattering, np.exp(here.radii.fine), parts.volume.sizes)
         step_nm = node_step_nm(settings, blurred=not drops.on_device)
         if sun.disc_rad == 0.0 and self._sharp:
-            if len(self._radii.rows) > 1:
+            if len(here.radii.rows) > 1:
                 raise UnsuitedError(_TOO_FINE)
             step_nm = 1.0
         whole = Column(0.0, DARK_COLUMN) if self._roaming and parts.optics.has_air else column
-        self._basis = light_basis(
-            sun.spectrum, step_nm, whole, rain_colour(parts, settings)
-        )  # fmt: skip
+        self._basis = light_basis(sun.spectrum, step_nm, whole, rain_colour(here))
         self._chord = self._chords(sun)
         found = outcomes(
-            self._gl, drops, self._basis, unfolded(self._chord), sun.disc_rad,
-            components=self._scene.camera.polarizer_deg is not None, progress=building,
+            here.gl, drops, self._basis, unfolded(self._chord), sun.disc_rad,
+            components=here.scene.camera.polarizer_deg is not None, progress=building,
         )  # fmt: skip
-        fit = hat_fit(self._radii.fine, self._radii.rows)
+        fit = hat_fit(here.radii.fine, here.radii.rows)
         self._outcomes = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
 
     def _colours_for(self, column: Column) -> _Colours:
         """Give the table for a range of columns, made if it is none of the last few."""
         if column not in self._tables:
-            degree = column_degree(self._basis, column, self._settings.colour)
+            degree = column_degree(self._basis, column, self._here.settings.colour)
             if self._roaming and degree:
                 degree = max(degree, _ROAMING_DEGREE)
             table = colour_table(self._outcomes, self._basis, column, degree, self._chord)
             error = max(table.fit_error, mean_column_error(self._basis, column))
-            if error > _WORST_FIT * self._settings.colour:
+            if error > _WORST_FIT * self._here.settings.colour:
                 raise UnsuitedError(
                     "atmosphere: the air between light, drops and eye differs so much that method"
                     " fast does not follow its colours; use --method spectral"
                 )
-            texture = row_texture(self._gl, table.values)
+            texture = row_texture(self._here.gl, table.values)
             self._tables[column] = _Colours(table, texture, self._basis.grey(column.middle))
             if len(self._tables) > _TABLES:
                 self._tables.pop(next(iter(self._tables)))
@@ -241,13 +244,11 @@ class FastSun:
 
     def _place(self, columns: SunColumns, colours: _Colours) -> None:
         """Set all that depends on where camera and sun are."""
-        sun = self._parts.optics.suns[self._number]
-        rates = march_rates(self._parts, self._settings)
+        sun = self._sun
         self.table = colours.table
         for program in self._marching:
             program.bind("colours", colours.texture)
-            set_scene(program, self._scene, self._parts, self._box)
-            set_march(program, self._scene, rates, self._radii, colours.grey)
+            set_scene(program, self._here, colours.grey)
             program.set("columnReach", columns.column.reach)
             program.set("sunDirection", tuple(sun.direction))
             middle = columns.column.middle
@@ -258,16 +259,16 @@ class FastSun:
 
     def _chords(self, sun: Sun) -> Array:
         """Choose the table's angles: those in the picture, finely enough for its drops and disc."""
-        low, high = (0.0, np.pi) if self._roaming else cone_range(self._scene.camera, sun)
-        largest = self._parts.volume.size_range_um[1] * 1e-6
-        most = min(self._gl.limits.texture_2d, 16_384)
+        low, high = (0.0, np.pi) if self._roaming else cone_range(self._here.scene.camera, sun)
+        largest = self._here.parts.volume.size_range_um[1] * 1e-6
+        most = min(self._here.gl.limits.texture_2d, 16_384)
         if sun.disc_rad > 0.0 or not self._sharp:
             step = np.hypot(
-                sun.disc_rad / self._settings.texels_per_disc,
-                0.6 / self._settings.texels_per_disc * bow_width(largest),
+                sun.disc_rad / self._here.settings.texels_per_disc,
+                0.6 / self._here.settings.texels_per_disc * bow_width(largest),
             )
             return chords(low, high, float(step), most)
-        step = fringe_step(self._scene.scattering.orders, largest, low, high)
+        step = fringe_step(self._here.scene.scattering.orders, largest, low, high)
         found = chords(low, high, step, most + 1)
         if len(found) > most:
             raise UnsuitedError(_TOO_FINE)
@@ -276,19 +277,21 @@ class FastSun:
     @property
     def _sharp(self) -> bool:
         """Whether drops are of one size each, by Airy's theory: nothing blurs their fringes."""
-        return self._scene.scattering.theory == "airy" and self._parts.volume.sizes is None
+        return (
+            self._here.scene.scattering.theory == "airy" and self._here.parts.volume.sizes is None
+        )
 
     def _make_nodes(self) -> _Nodes:
-        blocks = blocks_of(self._scene.camera.size_px, self._block)
+        blocks = blocks_of(self._here.scene.camera.size_px, self._block)
         size = blocks[0] + 3, blocks[1] + 3  # a ring more than the blocks' corners
-        ctx = self._gl.ctx
-        air, rain = self._parts.optics.has_air, self.table.rain
+        ctx = self._here.gl.ctx
+        air, rain = self._here.parts.optics.has_air, self.table.rain
         nodes = ctx.texture(size, 4 if rain else (2 if air else 1), dtype="f4")
-        flags = flag_target(self._gl, blocks)
+        flags = flag_target(self._here.gl, blocks)
         weights = [ctx.texture(size, 4, dtype="f4") for _ in range(self._groups)]
         hats = None
         if self._groups:
-            self._hats = GlProgram(self._gl, "fast_hats.frag", self._defines)
+            self._hats = GlProgram(self._here.gl, "fast_hats.frag", self._defines)
             for g, one in enumerate(weights):
                 self._hats.bind(f"hats{g}", one)
             atlas = ctx.texture((size[0], size[1] * self._groups), 4, dtype="f4")
@@ -299,7 +302,7 @@ class FastSun:
         self._flags.bind("nodes", nodes)
         self._compose.bind("nodes", nodes)
         self._compose.bind("flags", flags)
-        bend = self._settings.bend
+        bend = self._here.settings.bend
         # A path's mean column and depth enter the light by far smaller shares.
         self._flags.set("tolerance", (bend, 4.0 * bend, 10.0 * bend, 1e30))
         self._flags.set("leastShare", 1e-4)
@@ -323,7 +326,7 @@ class FastSun:
             target.use()
             self._compose.set("hatRow", float(row))
             self._compose.set("marching", row == 0)
-            with added_up(self._gl, add or row > 0):
+            with added_up(self._here.gl, add or row > 0):
                 self._compose.use()
                 self._compose.draw()
 

@@ -90,6 +90,11 @@ class SunColumns:
     column: Column
     cubic: Array | None
 
+    def seen(self, box_m: Array, eye_m: Array) -> SunColumns:
+        """Give the same with the way from the drops in a box to an eye, where this has none."""
+        high = min(self.column.high + eye_column(box_m, eye_m), DARK_COLUMN)
+        return SunColumns(Column(self.column.low, high), self.cubic)
+
 
 _CUBIC_ERROR = 2e-3
 """Of the column, absolute: 1e-3 of the light at 380 nm."""
@@ -103,21 +108,25 @@ def sun_columns(sun: Sun, box_m: Array, eye_m: Array) -> SunColumns:
         box_m: where the drops are (2, 3).
         eye_m: the eye (3,).
     """
+    return sunward_columns(sun, box_m).seen(box_m, eye_m)
+
+
+def sunward_columns(sun: Sun, box_m: Array) -> SunColumns:
+    """Give the columns of light from a sun to the drops in a box (2, 3)."""
     heights = np.linspace(max(box_m[0, 2], 0.0), max(box_m[1, 2], 1.0), 33)
     towards = atmosphere.sun_column(heights, sun.altitude_rad)
     seen = towards[towards < DARK_COLUMN]
     if len(seen) == 0:
         return SunColumns(Column(DARK_COLUMN - 1.0, DARK_COLUMN), None)
-    high = min(float(seen.max()) + eye_column(box_m, eye_m), DARK_COLUMN)
-    low = float(seen.min())
-    column = Column(low, high)
+    column = Column(float(seen.min()), float(seen.max()))
     if len(seen) < len(towards):
         return SunColumns(column, None)
     cubic = np.polynomial.polynomial.Polynomial.fit(heights, towards, 3)
     if np.abs(cubic(heights) - towards).max() > _CUBIC_ERROR or box_m[0, 2] < 0.0:
         return SunColumns(column, None)
+    found = cubic.convert().coef
     power = np.zeros(4)
-    power[: len(cubic.convert().coef)] = cubic.convert().coef
+    power[: len(found)] = found
     return SunColumns(column, power)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtbow.arrays import Array, Float32, Progress, no_progress
 from rtbow.camera import camera_basis
-from rtbow.lights import Sun
+from rtbow.lights import Sun, lamps, suns
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
 from rtbow.volume import DropletVolume, build_volume
@@ -69,13 +69,19 @@ def scene_parts(scene: Scene, progress: Progress = no_progress, *, tables: bool 
     )
 
 
-def moved_parts(parts: Parts, scene: Scene) -> Parts:
+def moved_parts(parts: Parts, before: Scene, scene: Scene) -> Parts:
     """Give the parts of a scene that differs from theirs in where camera and lights are.
 
-    Raises:
-        InputError: a spectrum is not usable.
+    Args:
+        parts: those of the scene before.
+        before: that scene.
+        scene: the other one. Where its lights are the same, so are its optics.
     """
-    return replace(parts, optics=scene_optics(scene), eye_m=np.array(scene.camera.position_m))
+    optics = parts.optics
+    if scene.light != before.light:
+        # Spectra do not move, and their sums over the wavelengths would take a while.
+        optics = replace(optics, suns=suns(scene), lamps=lamps(scene))
+    return replace(parts, optics=optics, eye_m=np.array(scene.camera.position_m))
 
 
 def _rain(scene: Scene, optics: Optics, volume: DropletVolume) -> RainExtinction:

@@ -84,19 +84,26 @@ def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
     return max(least, 2 * int(np.ceil(0.5 * across)))
 
 
-def step_rates(
-    volume: DropletVolume,
-    optics: Optics,
-    rain_per_m: float = 0.0,
-    per_cell: float = SAMPLES_PER_CELL,
-    per_log_radius: float = SAMPLES_PER_LOG_RADIUS,
-) -> StepRates:
+def step_rates(volume: DropletVolume, optics: Optics, rain_per_m: float = 0.0) -> StepRates:
     """Compute the rates.
 
     Args:
         volume: the drops.
         optics: the air and the suns.
         rain_per_m: greatest extinction by the rain.
+    """
+    return rates_on_grid(grid_cells(volume), volume, optics, rain_per_m)
+
+
+def grid_cells(
+    volume: DropletVolume,
+    per_cell: float = SAMPLES_PER_CELL,
+    per_log_radius: float = SAMPLES_PER_LOG_RADIUS,
+) -> Array:
+    """Give the samples per metre along each axis (3,) that the grid of drops asks for.
+
+    Args:
+        volume: the drops.
         per_cell: samples per cell where neighbouring points hold like drops.
         per_log_radius: further ones per cell and per change of ln(radius) between neighbours.
     """
@@ -105,8 +112,22 @@ def step_rates(
     samples = per_cell + (per_log_radius * roughness(volume) if per_log_radius else 0.0)
     uneven = floats(np.maximum(samples, SAMPLES_PER_UNEVENNESS * _unevenness(volume)))
     cells = uneven * (points - 1) / extent
-    if not volume.uniform:
-        cells = np.maximum(cells, LEAST_SAMPLES / extent)
+    return cells if volume.uniform else floats(np.maximum(cells, LEAST_SAMPLES / extent))
+
+
+def rates_on_grid(
+    cells_per_metre: Array, volume: DropletVolume, optics: Optics, rain_per_m: float
+) -> StepRates:
+    """Compute the rates where those of the grid alone are known.
+
+    Args:
+        cells_per_metre: the grid's own (:func:`grid_cells`).
+        volume: the drops, of which only the box counts here.
+        optics: the air and the suns.
+        rain_per_m: greatest extinction by the rain.
+    """
+    extent = volume.box_m[1] - volume.box_m[0]
+    cells = cells_per_metre
     if rain_per_m > 0.0:
         # The path towards a light has kinks where its way out of the box changes faces, which
         # the rain's depth shows: even rain needs steps, too.

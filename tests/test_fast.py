@@ -466,12 +466,10 @@ def mix_up_rows(monkeypatch):
 
 
 def halve_the_grey_part(monkeypatch):
-    real = rtbow.fast_sun.set_march
-
-    def march(program: Any, scene: Any, rates: Any, radii: Any, grey: float) -> None:
-        real(program, scene, rates, radii, 0.5 * grey)
-
-    monkeypatch.setattr(rtbow.fast_sun, "set_march", march)
+    real = rtbow.fast_sun.set_scene
+    monkeypatch.setattr(
+        rtbow.fast_sun, "set_scene", lambda program, here, grey: real(program, here, 0.5 * grey)
+    )
 
 
 def leave_the_air_one_colour(monkeypatch):

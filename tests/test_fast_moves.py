@@ -1,0 +1,119 @@
+"""What method ``fast`` keeps while camera and lights move, and what it makes anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rtbow
+import rtbow.fast_scene
+import rtbow.steps
+from rtbow.context import GlContext, open_context
+from rtbow.fast import FastPass
+from rtbow.fast_scene import FastScene
+from rtbow.optics import scene_optics
+from rtbow.parts import moved_parts, scene_parts
+from rtbow.scene import Scene
+
+SUN = {"type": "sun", "altitude_deg": 20.0, "azimuth_deg": 180.0, "spectrum": "FL2"}
+LAMP = {"type": "point", "position_m": [0.0, -2.0, 4.0], "luminous_flux_lm": 1e6}
+
+
+@pytest.fixture(scope="module")
+def context() -> Iterator[GlContext]:
+    context = open_context("osmesa")
+    yield context
+    context.close()
+
+
+def make(*lights: Mapping[str, Any], air: bool = True, camera: Any = ()) -> Scene:
+    """Drops of many sizes at each point of a small grid, in a small picture."""
+    return Scene.model_validate(
+        {
+            "camera": {"size_px": [20, 12], "fov_deg": 30.0, "altitude_deg": 20.0} | dict(camera),
+            "light": [dict(one) for one in lights],
+            "droplets": {
+                "box_m": [[-50.0, 10.0, 0.0], [50.0, 90.0, 60.0]],
+                "grid": [6, 5, 4],
+                "radius": {"distribution": "uniform", "min_um": 5.0, "max_um": 6.0},
+                "density": {"number_per_m3": 1e4},
+            },
+            "atmosphere": {"rayleigh": air},
+            "render": {"wavelength_step_nm": 40.0, "max_delta_e": 5.0},
+        }
+    )
+
+
+def looking(scene: Scene, azimuth_deg: float) -> Scene:
+    camera = scene.camera.model_copy(update={"azimuth_deg": azimuth_deg})
+    return scene.model_copy(update={"camera": camera})
+
+
+def lit(scene: Scene, *changes: Mapping[str, Any]) -> Scene:
+    lights = [
+        one.model_copy(update=dict(new)) for one, new in zip(scene.light, changes, strict=True)
+    ]
+    return scene.model_copy(update={"light": tuple(lights)})
+
+
+# --- What follows from the volume alone --------------------------------------------------------
+
+
+def test_optics_of_moved_lights_are_those_of_their_scene():
+    scene = make(SUN, LAMP)
+    there = lit(scene, {"altitude_deg": 5.0}, {"position_m": (1.0, 2.0, 3.0)})
+    moved = moved_parts(scene_parts(scene, tables=False), scene, there)
+    fresh = scene_optics(there)
+    assert moved.optics.bows is not fresh.bows
+    for name in ("wavelength_nm", "air_depth", "sun_weights", "lamp_weights"):
+        np.testing.assert_array_equal(getattr(moved.optics, name), getattr(fresh, name))
+    for ours, theirs in zip(
+        (*moved.optics.suns, *moved.optics.lamps), (*fresh.suns, *fresh.lamps), strict=True
+    ):
+        for one in fields(ours):
+            if one.name != "spectrum":
+                np.testing.assert_array_equal(getattr(ours, one.name), getattr(theirs, one.name))
+
+
+def test_moves_do_not_run_over_the_volume(context, monkeypatch):
+    scene = make(SUN, LAMP)
+    with context.current():
+        fast = FastPass(context, scene)
+        assert fast.move(looking(scene, 5.0))
+        for module, name in (
+            (rtbow.steps, "roughness"),
+            (rtbow.steps, "_unevenness"),
+            (rtbow.fast_scene, "filled_box"),
+            (rtbow.fast_scene, "radius_rows"),
+            (rtbow.fast_scene, "volume_texture"),
+        ):
+            monkeypatch.setattr(module, name, None)
+        for azimuth in (10.0, 20.0):
+            assert fast.move(looking(scene, azimuth))
+        assert fast.move(lit(scene, {"altitude_deg": 18.0}, {"position_m": (1.0, -2.0, 4.0)}))
+
+
+def test_a_moved_camera_keeps_optics_and_rates(context):
+    scene = make(SUN)
+    with context.current():
+        here: FastScene = FastPass(context, scene)._here
+        there = here.moved(looking(scene, 30.0))
+    assert there.parts.optics is here.parts.optics
+    assert there.rates is here.rates
+    assert there.view["cameraBasis"] != here.view["cameraBasis"]
+    low = there.moved(lit(there.scene, {"altitude_deg": 2.0}))
+    assert low.rates.air_per_metre > here.rates.air_per_metre
+    np.testing.assert_array_equal(low.rates.cells_per_metre, here.rates.cells_per_metre)
+
+
+def test_other_scenes_are_not_moves(context):
+    scene = make(SUN)
+    with context.current():
+        fast = FastPass(context, scene)
+        for other in (make(SUN, air=False), make(SUN | {"spectrum": "E490"}), make(SUN, SUN)):
+            assert not fast.move(other)
+        assert fast.move(make(SUN, camera={"fov_deg": 20.0}))
