@@ -2,4 +2,5 @@
 
 from rtbow.cli import main
 
-main()
+if __name__ == "__main__":  # processes that the window starts import this, too
+    main()

@@ -113,7 +113,7 @@ def render(
             f" {method}; leave one of the two out"
         )
     from rtbow.files import check_writable
-    from rtbow.image import FRAME_SUFFIXES, write_frame
+    from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
 
     for path in outputs:  # before the long work, not after it
         check_writable(path, FRAME_SUFFIXES)
@@ -139,13 +139,12 @@ def render(
             progress_bar("rendering", quiet),
             progress_bar("building the table", quiet, "part"),
         )
-        metadata = {
-            "scene": loaded.source_text,
-            "command": shlex.join(["rtbow", *sys.argv[1:]]),
-            "rtbowVersion": __version__,
-            "method": renderer.method_used,
-            "renderer": renderer.gl_renderer,
-        }
+        metadata = frame_metadata(
+            loaded,
+            shlex.join(["rtbow", *sys.argv[1:]]),
+            renderer.method_used,
+            renderer.gl_renderer,
+        )
     for path in outputs:
         write_frame(path, rgb, metadata, exposure)
     if not quiet:

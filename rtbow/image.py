@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rtbow import __version__
 from rtbow.display import auto_exposure_ev, display, require_finite
 from rtbow.errors import InputError, RtbowError
 from rtbow.files import PathLike, write_atomic
+from rtbow.scene import Scene
 
 FRAME_SUFFIXES = (".exr", ".png")
 
@@ -43,6 +45,24 @@ _RESERVED_ATTRIBUTES = frozenset(
 
 # What OpenEXR raises, by where a file was cut off or damaged.
 _NOT_A_FRAME = (RuntimeError, ValueError, TypeError, KeyError)
+
+
+def frame_metadata(scene: Scene, command: str, method: str, renderer: str) -> dict[str, str]:
+    """Give the strings that say how a frame was made.
+
+    Args:
+        scene: what it shows.
+        command: the command line that made it.
+        method: that drew it.
+        renderer: the GL device and driver, or the CPU.
+    """
+    return {
+        "scene": scene.source_text,
+        "command": command,
+        "rtbowVersion": __version__,
+        "method": method,
+        "renderer": renderer,
+    }
 
 
 def write_frame(

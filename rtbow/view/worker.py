@@ -1,0 +1,431 @@
+"""The process that renders for the window, so that no rebuild ever stops the window.
+
+Compiling a shader and building tables take a second and hold Python's lock meanwhile: a thread
+would freeze the window, a process of its own does not. Frames come back through shared memory.
+"""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.shared_memory import SharedMemory
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from rtbow.arrays import Array, Float32
+from rtbow.errors import RtbowError
+
+if TYPE_CHECKING:
+    from rtbow.context import Backend
+    from rtbow.renderer import Method
+    from rtbow.scene import Scene
+
+_BUFFERS = 3
+"""Frames in shared memory: one shown, one on its way, one being written."""
+_GAP_S = 0.05
+"""Between two reports of progress."""
+_EXPOSURE_STRIDE = 3
+"""Of the pixels whose brightness sets the automatic exposure of a live frame."""
+
+
+@dataclass(frozen=True)
+class DrawFrame:
+    """Draw a frame to look at; of several that wait the last alone is drawn."""
+
+    number: int
+    scene: Scene
+    method: Method
+
+
+@dataclass(frozen=True)
+class SaveFrame:
+    """Render a frame and write it to files."""
+
+    number: int
+    scene: Scene
+    method: Method
+    paths: tuple[str, ...]
+    exposure_ev: float | None
+    command: str
+
+
+@dataclass(frozen=True)
+class TakeSpectrum:
+    """Compute the spectral radiance along one direction by the reference."""
+
+    number: int
+    scene: Scene
+    direction: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Reload:
+    """Forget programs and tables: shaders or files have changed."""
+
+    number: int
+
+
+Request = DrawFrame | SaveFrame | TakeSpectrum | Reload
+
+
+@dataclass(frozen=True)
+class FrameDrawn:
+    """A frame is done.
+
+    Attributes:
+        number: of its request.
+        scene: what it shows.
+        rgb: linear Rec. 709 in cd/m², float32 (h, w, 3), first row on top; a view of shared
+            memory that later frames overwrite.
+        seconds: that it took, with all rebuilding.
+        exposure_ev: automatic exposure.
+        method: that drew it.
+        unsuited: why ``auto`` did not take ``fast``; empty where it did.
+        renderer: the device.
+    """
+
+    number: int
+    scene: Scene
+    rgb: Float32
+    seconds: float
+    exposure_ev: float
+    method: str
+    unsuited: str
+    renderer: str
+
+
+@dataclass(frozen=True)
+class FrameSaved:
+    """Files are written."""
+
+    number: int
+    paths: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SpectrumTaken:
+    """Spectral radiance (W), W/(m² sr nm), at wavelengths (W), nm."""
+
+    number: int
+    wavelength_nm: Array
+    radiance: Array
+
+
+@dataclass(frozen=True)
+class Progressed:
+    """How far a request is, 0 to 1, and what is being done."""
+
+    number: int
+    share: float
+    what: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A request could not be done; ``kind`` says whose fault that is."""
+
+    number: int
+    kind: Literal["input", "machine", "defect"]
+    message: str
+
+
+Reply = FrameDrawn | FrameSaved | SpectrumTaken | Progressed | Failed
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A frame in shared memory, as it travels."""
+
+    frame: FrameDrawn
+    memory: str
+    size_px: tuple[int, int]
+
+
+class Superseded(Exception):
+    """A newer frame was asked for while one was being drawn."""
+
+
+class Worker:
+    """The window's side of the process.
+
+    Args:
+        backend: how the process gets a GL context.
+
+    Usable as a context manager.
+    """
+
+    def __init__(self, backend: Backend = "auto") -> None:
+        self._backend = backend
+        self._number = 0
+        self._memories: dict[str, SharedMemory] = {}
+        self._pending: set[int] = set()
+        self._start()
+
+    def _start(self) -> None:
+        context = get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(
+            target=serve, args=(theirs, self._backend), daemon=True, name="rtbow renderer"
+        )
+        self._process.start()
+        theirs.close()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a request is not yet done."""
+        return bool(self._pending)
+
+    def next_number(self) -> int:
+        """Give a number for a request."""
+        self._number += 1
+        return self._number
+
+    def send(self, request: Request) -> None:
+        """Hand a request over; replies come by :meth:`replies`."""
+        self._pending.add(request.number)
+        try:
+            self._pipe.send(request)
+        except (BrokenPipeError, ConnectionError):
+            pass  # replies() tells, and starts another process
+
+    def replies(self) -> list[Reply]:
+        """Give all replies that have come since."""
+        found: list[Reply] = []
+        try:
+            while self._pipe.poll():
+                reply = self._pipe.recv()
+                if isinstance(reply, _Placed):
+                    reply = self._placed(reply)
+                if not isinstance(reply, Progressed):
+                    # Frames before it were superseded.
+                    self._pending = {n for n in self._pending if n > reply.number}
+                found.append(reply)
+        except (EOFError, ConnectionError):
+            lost = max(self._pending, default=0)
+            self._end()
+            self._start()
+            found.append(
+                Failed(lost, "defect", "the renderer's process ended; it was started again")
+            )
+        return found
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for a reply, and tell whether one came."""
+        return self._pipe.poll(seconds)
+
+    def _placed(self, reply: _Placed) -> FrameDrawn:
+        if reply.memory not in self._memories:
+            self._memories[reply.memory] = SharedMemory(reply.memory)
+        width, height = reply.size_px
+        memory = self._memories[reply.memory]
+        rgb = np.ndarray((height, width, 3), np.float32, memory.buf)
+        frame = reply.frame
+        return FrameDrawn(
+            frame.number, frame.scene, rgb, frame.seconds, frame.exposure_ev, frame.method,
+            frame.unsuited, frame.renderer,
+        )  # fmt: skip
+
+    def _end(self) -> None:
+        self._pending.clear()
+        self._pipe.close()
+        self._process.terminate()
+        self._process.join(5.0)
+        for memory in self._memories.values():
+            _forget(memory)
+        self._memories.clear()
+
+    def close(self) -> None:
+        """End the process; a second call does nothing."""
+        if not self._pipe.closed:
+            self._end()
+
+    def __enter__(self) -> Worker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _forget(memory: SharedMemory) -> None:
+    """Let a memory go whose array somebody may still look at."""
+    try:
+        memory.close()
+    except BufferError:
+        # The last frame is still shown; the memory goes with its array.
+        memory._buf = memory._mmap = None  # type: ignore[attr-defined]
+
+
+@dataclass
+class _Ring:
+    """Frames in shared memory, written in turn."""
+
+    memories: list[SharedMemory] = field(default_factory=list)
+    turn: int = 0
+
+    def put(self, rgb: Float32) -> str:
+        """Copy a frame and give the name of its memory."""
+        self.turn = (self.turn + 1) % _BUFFERS
+        while len(self.memories) < _BUFFERS:
+            self.memories.append(SharedMemory(create=True, size=max(rgb.nbytes, 1)))
+        if self.memories[self.turn].size < rgb.nbytes:
+            self._free(self.memories[self.turn])
+            self.memories[self.turn] = SharedMemory(create=True, size=rgb.nbytes)
+        memory = self.memories[self.turn]
+        np.ndarray(rgb.shape, np.float32, memory.buf)[:] = rgb
+        return memory.name
+
+    def free(self) -> None:
+        """Release all."""
+        for memory in self.memories:
+            self._free(memory)
+
+    def _free(self, memory: SharedMemory) -> None:
+        memory.close()
+        memory.unlink()
+
+
+class _Server:
+    """The process's side."""
+
+    def __init__(self, pipe: Connection, backend: Backend) -> None:
+        self._pipe, self._backend = pipe, backend
+        self._waiting: list[Request] = []
+        self._ring = _Ring()
+        self._renderer: object = None
+        self._reported = 0.0
+
+    def serve(self) -> None:
+        """Do what is asked for until the window goes."""
+        try:
+            while True:
+                self._receive(block=not self._waiting)
+                request = self._waiting.pop(0)
+                try:
+                    self._do(request)
+                except Superseded:
+                    pass
+                except RtbowError as error:
+                    kind = {2: "input", 3: "machine"}.get(error.exit_code, "defect")
+                    self._pipe.send(Failed(request.number, kind, str(error)))  # type: ignore[arg-type]
+                except Exception:
+                    self._pipe.send(Failed(request.number, "defect", traceback.format_exc()))
+        except (EOFError, BrokenPipeError, ConnectionError, KeyboardInterrupt):
+            pass
+        finally:
+            self._close()
+
+    def _receive(self, *, block: bool) -> None:
+        """Take over what has come; a newer frame replaces one that waits."""
+        while block or self._pipe.poll():
+            request: Request = self._pipe.recv()
+            if isinstance(request, DrawFrame):
+                self._waiting = [r for r in self._waiting if not isinstance(r, DrawFrame)]
+            self._waiting.append(request)
+            block = False
+
+    def _do(self, request: Request) -> None:
+        if isinstance(request, DrawFrame):
+            self._draw(request)
+        elif isinstance(request, SaveFrame):
+            self._save(request)
+        elif isinstance(request, TakeSpectrum):
+            self._take_spectrum(request)
+        else:
+            self._close_renderer()
+
+    def _draw(self, request: DrawFrame) -> None:
+        from rtbow.display import auto_exposure_ev
+
+        begun = time.perf_counter()
+        renderer = self._shown(request.scene)
+        rgb = renderer.render(
+            request.method,
+            self._progress(request, "rendering"),
+            self._progress(request, "building the table"),
+        )
+        frame = FrameDrawn(
+            request.number, request.scene, np.empty((0, 0, 3), np.float32),
+            time.perf_counter() - begun,
+            auto_exposure_ev(rgb[::_EXPOSURE_STRIDE, ::_EXPOSURE_STRIDE]),
+            renderer.method_used, renderer.unsuited, renderer.gl_renderer,
+        )  # fmt: skip
+        size_px = rgb.shape[1], rgb.shape[0]
+        self._pipe.send(_Placed(frame, self._ring.put(rgb), size_px))
+
+    def _shown(self, scene: Scene):  # type: ignore[no-untyped-def]  # imported late
+        from rtbow.renderer import Renderer
+
+        if isinstance(self._renderer, Renderer):
+            self._renderer.show(scene)
+            return self._renderer
+        self._renderer = Renderer(scene, self._backend)
+        return self._renderer
+
+    def _save(self, request: SaveFrame) -> None:
+        from rtbow.files import check_writable
+        from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
+
+        for path in request.paths:
+            check_writable(path, FRAME_SUFFIXES)
+        renderer = self._shown(request.scene)
+        rgb = renderer.render(
+            request.method,
+            self._progress(request, "rendering", until_newer=False),
+            self._progress(request, "building the table", until_newer=False),
+        )
+        metadata = frame_metadata(
+            request.scene, request.command, renderer.method_used, renderer.gl_renderer
+        )
+        for path in request.paths:
+            write_frame(path, rgb, metadata, request.exposure_ev)
+        self._pipe.send(FrameSaved(request.number, request.paths))
+
+    def _take_spectrum(self, request: TakeSpectrum) -> None:
+        from rtbow.view.readout import spectrum_at
+
+        wavelength_nm, radiance = spectrum_at(request.scene, np.array(request.direction))
+        self._pipe.send(SpectrumTaken(request.number, wavelength_nm, radiance))
+
+    def _progress(
+        self, request: Request, what: str, *, until_newer: bool = True
+    ) -> Callable[[Iterable[object]], Iterator[object]]:
+        """Give a wrapper of loops that reports how far they are, and ends them if superseded."""
+
+        def wrap(items: Iterable[object]) -> Iterator[object]:
+            listed = list(items)
+            for done, item in enumerate(listed):
+                yield item
+                now = time.perf_counter()
+                if now - self._reported < _GAP_S:
+                    continue
+                self._reported = now
+                self._receive(block=False)
+                if until_newer and any(isinstance(r, DrawFrame) for r in self._waiting):
+                    raise Superseded
+                self._pipe.send(Progressed(request.number, (done + 1) / len(listed), what))
+
+        return wrap
+
+    def _close_renderer(self) -> None:
+        from rtbow.renderer import Renderer
+
+        if isinstance(self._renderer, Renderer):
+            self._renderer.close()
+        self._renderer = None
+        from rtbow.spectrum import load_spectrum
+
+        load_spectrum.cache_clear()
+
+    def _close(self) -> None:
+        self._close_renderer()
+        self._ring.free()
+
+
+def serve(pipe: Connection, backend: Backend) -> None:
+    """Run the process until the other end of the pipe goes."""
+    _Server(pipe, backend).serve()
