@@ -320,25 +320,44 @@ def hat_fit(fine: Array, rows: Array) -> Array:
     return floats(np.linalg.pinv(hats))
 
 
-def colour_table(
-    outcomes: Array, basis: LightBasis, column: Column, degree: int, chord: Array
-) -> ColourTable:
+@dataclass(frozen=True)
+class BakedLight:
+    """What drops make of each spectrum of a light's basis.
+
+    Attributes:
+        basis: the light's.
+        chord: folded chords of the angles (N,), even.
+        outcomes: X, Y, Z (B, components, R, N, 3), of the weights of the basis, contiguous.
+        mean: of these over components and radii (B, N, 3).
+    """
+
+    basis: LightBasis
+    chord: Array
+    outcomes: Array
+    mean: Array
+
+    @classmethod
+    def of(cls, basis: LightBasis, chord: Array, outcomes: Array) -> BakedLight:
+        """Take over outcomes however they lie in memory."""
+        return cls(basis, chord, np.ascontiguousarray(outcomes), outcomes.mean(axis=(1, 2)))
+
+
+def colour_table(baked: BakedLight, column: Column, degree: int) -> ColourTable:
     """Turn what drops make of a light's basis into a table for a range of columns.
 
     The fall-off with the column is that of the mean over all radii, unpolarised.
 
     Args:
-        outcomes: X, Y, Z (B, components, R, N, 3), of the weights of ``basis``.
-        basis: whose weights they were made with.
+        baked: what they make of it.
         column: the range; within the basis's.
         degree: of the polynomial in the column (:func:`column_degree`).
-        chord: folded chords of the columns of the table (N,), even.
     """
+    basis, chord, outcomes, mean = baked.basis, baked.chord, baked.outcomes, baked.mean
     count = len(basis.functions)
     components, radii, angles = outcomes.shape[1:4]
+    # Weighed where they lie: a copy would take longer than the sum.
     middle = np.tensordot(basis.coefficients(floats([column.middle]))[0], outcomes[:count], axes=1)
     blocks = [middle.reshape(-1, angles, 3)]
-    mean = outcomes.mean(axis=(1, 2))  # (B, N, 3)
     own = basis.weights.sum(axis=1)[:, None, :]
     # In the dark, where there is nothing to divide, light falls off as the source itself.
     behind = basis.coefficients(floats([column.middle]))[0]

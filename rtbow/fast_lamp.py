@@ -12,7 +12,6 @@ import math
 import numpy as np
 
 from rtbow.arrays import Array, Float32, Progress, floats
-from rtbow.colour_bake import Drops, outcomes
 from rtbow.colour_table import (
     NO_AIR,
     ColourTable,
@@ -22,11 +21,10 @@ from rtbow.colour_table import (
     colour_table,
     column_degree,
     folded_chord,
-    hat_fit,
-    light_basis,
     unfolded,
 )
 from rtbow.errors import UnsuitedError
+from rtbow.fast_bake import bake_light, most_texels
 from rtbow.fast_scene import (
     FastScene,
     bind_rain,
@@ -34,11 +32,9 @@ from rtbow.fast_scene import (
     blocks_of,
     check_loops,
     flag_target,
-    rain_colour,
     scene_defines,
     set_scene,
 )
-from rtbow.fast_settings import node_step_nm
 from rtbow.fast_volume import lamp_column
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
@@ -83,12 +79,6 @@ class FastLamp:
         self._column = self._reach(here)
         if roaming and air:
             self._column = Column(0.0, 2.0 * self._column.high)
-        drops = Drops(scene.scattering, np.exp(here.radii.fine), volume.sizes)
-        basis = light_basis(
-            lamp.spectrum, node_step_nm(settings, blurred=not drops.on_device), self._column,
-            rain_colour(here),
-        )  # fmt: skip
-        self._grey = basis.grey(self._column.middle)
         fringe = bow_width(volume.size_range_um[1] * 1e-6)
         wide = lamp.radius_m / max(float(np.linalg.norm(lamp.position_m - parts.eye_m)), 1e-3)
         if len(here.radii.rows) > 1 and wide > _WIDE_DISC * settings.share * fringe:
@@ -97,16 +87,11 @@ class FastLamp:
                 " of drops of several radii under so large a lamp; use --method spectral, a smaller"
                 " diameter, or a larger render.max_delta_e"
             )
-        most = min(gl.limits.texture_2d, 16_384)
-        chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most)
-        found = outcomes(
-            gl, drops, basis, unfolded(chord), 0.0,
-            components=scene.camera.polarizer_deg is not None, progress=building,
-        )  # fmt: skip
-        fit = hat_fit(here.radii.fine, here.radii.rows)
-        fitted = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
-        degree = column_degree(basis, self._column, settings.colour)
-        self.table = colour_table(fitted, basis, self._column, degree, chord)
+        chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels(here))
+        baked = bake_light(here, lamp.spectrum, self._column, chord, building)
+        self._grey = baked.basis.grey(self._column.middle)
+        degree = column_degree(baked.basis, self._column, settings.colour)
+        self.table = colour_table(baked, self._column, degree)
         even = volume.uniform and parts.rain is None
         self._block = 0 if even else block_for(scene.camera, settings.lamp_block)
         defines: dict[str, Define] = {

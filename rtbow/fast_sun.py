@@ -15,23 +15,8 @@ import moderngl
 import numpy as np
 
 from rtbow import atmosphere
-from rtbow.arrays import Array, Progress
-from rtbow.colour_bake import Drops, outcomes
-from rtbow.colour_table import (
-    NO_AIR,
-    ColourTable,
-    Column,
-    bow_width,
-    chords,
-    colour_table,
-    column_degree,
-    fringe_step,
-    hat_fit,
-    light_basis,
-    mean_column_error,
-    unfolded,
-)
-from rtbow.errors import UnsuitedError
+from rtbow.arrays import Progress
+from rtbow.colour_table import NO_AIR
 from rtbow.fast_scene import (
     FastScene,
     bind_rain,
@@ -39,16 +24,14 @@ from rtbow.fast_scene import (
     blocks_of,
     check_loops,
     flag_target,
-    rain_colour,
     scene_defines,
     set_scene,
 )
-from rtbow.fast_settings import node_step_nm
-from rtbow.fast_volume import DARK_COLUMN, SunColumns, is_near, sunward_columns
+from rtbow.fast_sun_colours import SunColours, SunTable
+from rtbow.fast_volume import SunColumns, is_near, sunward_columns
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
 from rtbow.lights import Sun
-from rtbow.parts import cone_range
 from rtbow.steps import most_steps
 
 _MOST_DIRECT = 64
@@ -57,19 +40,8 @@ _MOST_DIRECT = 64
 
 _WINDOW = 1.0
 """Steps of air column that tables for moving suns lie apart."""
-_ROAMING_DEGREE = 2
-_WORST_FIT = 5.0
-"""Of the error allowed to the fit of the air's colours: what cannot be followed is refused."""
-_TABLES = 6
-"""Tables that are kept for suns that move to and fro."""
 _GROUPS = 7
 """Groups of four rows of radius that a pass over the nodes keeps: draw buffers, less the path's."""
-
-
-_TOO_FINE = (
-    "light.N.angular_diameter_deg = 0: drops under a point of light show fringes that method fast"
-    " does not follow; use --method spectral, or give the light a diameter"
-)
 
 
 @dataclass
@@ -79,15 +51,6 @@ class _Nodes:
     paths: moderngl.Framebuffer
     hats: moderngl.Framebuffer | None
     flags: moderngl.Framebuffer
-
-
-@dataclass(frozen=True)
-class _Colours:
-    """A table for some range of columns, on the device."""
-
-    table: ColourTable
-    texture: moderngl.Texture
-    grey: float
 
 
 class FastSun:
@@ -104,11 +67,10 @@ class FastSun:
         self, here: FastScene, number: int, building: Progress, *, roaming: bool = False
     ) -> None:
         self._here, self._number, self._roaming = here, number, roaming
-        self._tables: dict[Column, _Colours] = {}
         self._sunward = self._sunward_columns(here)
         columns = self._columns(here, self._sunward)
-        self._bake(columns.column, building)
-        colours = self._colours_for(columns.column)
+        self._colours = SunColours(here, number, columns.column, building, roaming=roaming)
+        colours = self._colours.behind(columns.column)
         self.table = colours.table
         parts, settings = here.parts, here.settings
         # Across the edge of the Earth's shadow a few samples would not do.
@@ -158,7 +120,7 @@ class FastSun:
         turned = self._has_turned(here)
         sunward = self._sunward_columns(here) if turned else self._sunward
         columns = self._columns(here, sunward)
-        colours = self._colours_for(columns.column)
+        colours = self._colours.behind(columns.column)
         kept = {name: self._defines[name] for name in ("NEAR_AIR", "SHADOW")}
         if colours.table.degree != self.table.degree:
             return False
@@ -203,46 +165,7 @@ class FastSun:
         near = air and not shadow and is_near(here.box_m, here.parts.eye_m, columns.column, grey)
         return {"NEAR_AIR": near, "SHADOW": air and shadow}
 
-    def _bake(self, column: Column, building: Progress) -> None:
-        """Compute what drops make of the sun's light, whatever its altitude."""
-        here, sun = self._here, self._sun
-        parts, settings = here.parts, here.settings
-        drops = Drops(here.scene.scattering, np.exp(here.radii.fine), parts.volume.sizes)
-        step_nm = node_step_nm(settings, blurred=not drops.on_device)
-        if sun.disc_rad == 0.0 and self._sharp:
-            if len(here.radii.rows) > 1:
-                raise UnsuitedError(_TOO_FINE)
-            step_nm = 1.0
-        whole = Column(0.0, DARK_COLUMN) if self._roaming and parts.optics.has_air else column
-        self._basis = light_basis(sun.spectrum, step_nm, whole, rain_colour(here))
-        self._chord = self._chords(sun)
-        found = outcomes(
-            here.gl, drops, self._basis, unfolded(self._chord), sun.disc_rad,
-            components=here.scene.camera.polarizer_deg is not None, progress=building,
-        )  # fmt: skip
-        fit = hat_fit(here.radii.fine, here.radii.rows)
-        self._outcomes = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
-
-    def _colours_for(self, column: Column) -> _Colours:
-        """Give the table for a range of columns, made if it is none of the last few."""
-        if column not in self._tables:
-            degree = column_degree(self._basis, column, self._here.settings.colour)
-            if self._roaming and degree:
-                degree = max(degree, _ROAMING_DEGREE)
-            table = colour_table(self._outcomes, self._basis, column, degree, self._chord)
-            error = max(table.fit_error, mean_column_error(self._basis, column))
-            if error > _WORST_FIT * self._here.settings.colour:
-                raise UnsuitedError(
-                    "atmosphere: the air between light, drops and eye differs so much that method"
-                    " fast does not follow its colours; use --method spectral"
-                )
-            texture = row_texture(self._here.gl, table.values)
-            self._tables[column] = _Colours(table, texture, self._basis.grey(column.middle))
-            if len(self._tables) > _TABLES:
-                self._tables.pop(next(iter(self._tables)))
-        return self._tables[column]
-
-    def _place(self, columns: SunColumns, colours: _Colours) -> None:
+    def _place(self, columns: SunColumns, colours: SunTable) -> None:
         """Set all that depends on where camera and sun are."""
         sun = self._sun
         self.table = colours.table
@@ -256,30 +179,6 @@ class FastSun:
                 program.set("sunCubic", (columns.cubic[0] - middle, *columns.cubic[1:]))
             program.set("sunShadow", (sun.altitude_rad, middle))
             program.set("chordAxis", (self.table.first, self.table.per_chord))
-
-    def _chords(self, sun: Sun) -> Array:
-        """Choose the table's angles: those in the picture, finely enough for its drops and disc."""
-        low, high = (0.0, np.pi) if self._roaming else cone_range(self._here.scene.camera, sun)
-        largest = self._here.parts.volume.size_range_um[1] * 1e-6
-        most = min(self._here.gl.limits.texture_2d, 16_384)
-        if sun.disc_rad > 0.0 or not self._sharp:
-            step = np.hypot(
-                sun.disc_rad / self._here.settings.texels_per_disc,
-                0.6 / self._here.settings.texels_per_disc * bow_width(largest),
-            )
-            return chords(low, high, float(step), most)
-        step = fringe_step(self._here.scene.scattering.orders, largest, low, high)
-        found = chords(low, high, step, most + 1)
-        if len(found) > most:
-            raise UnsuitedError(_TOO_FINE)
-        return found
-
-    @property
-    def _sharp(self) -> bool:
-        """Whether drops are of one size each, by Airy's theory: nothing blurs their fringes."""
-        return (
-            self._here.scene.scattering.theory == "airy" and self._here.parts.volume.sizes is None
-        )
 
     def _make_nodes(self) -> _Nodes:
         blocks = blocks_of(self._here.scene.camera.size_px, self._block)
@@ -316,8 +215,9 @@ class FastSun:
             programs += [self._path, self._flags]
         if self._groups:
             programs.append(self._hats)
-        kept: list[Texture] = [colours.texture for colours in self._tables.values()]
-        return kept + [one for program in programs for one in program.textures.values()]
+        return self._colours.textures + [
+            one for program in programs for one in program.textures.values()
+        ]
 
     def draw(self, target: FrameTarget, *, add: bool) -> None:
         """Draw its light into a frame, adding to what is there or in its place."""

@@ -15,6 +15,7 @@ from rtbow.arrays import Array
 from rtbow.atmosphere import rayleigh_depth
 from rtbow.colour_table import (
     NO_AIR,
+    BakedLight,
     ColourTable,
     Column,
     LightBasis,
@@ -195,7 +196,7 @@ def white_table(basis: LightBasis, column: Column, tolerance: float) -> ColourTa
     """Colours of drops that send back all wavelengths alike."""
     degree = column_degree(basis, column, tolerance)
     outcomes = np.repeat(basis.weights.sum(axis=1)[:, None, None, None, :], 2, axis=3)
-    return colour_table(outcomes, basis, column, degree, np.array([0.0, 1.0]))
+    return colour_table(BakedLight.of(basis, np.array([0.0, 1.0]), outcomes), column, degree)
 
 
 @by_spectrum
@@ -251,7 +252,7 @@ def test_a_table_of_drops_with_colours(rng, range_):
         axis=1,
     )[:, None]
     degree = column_degree(basis, column, 1e-3)
-    table = colour_table(outcomes, basis, column, degree, chord)
+    table = colour_table(BakedLight.of(basis, chord, outcomes), column, degree)
     assert (table.rows, table.components, table.degree) == (2, 1, degree)
     assert table.values.shape == (2 + degree, 41, 4)
     assert table.first + 40 / table.per_chord == pytest.approx(chord[-1])
@@ -271,7 +272,8 @@ def test_a_table_of_drops_with_colours(rng, range_):
     assert table.fit_error < 1e-3
     assert np.abs(got / exact - 1.0).max() < 1e-3
     # Between two components the fall-off is one.
-    both = colour_table(np.repeat(outcomes, 2, axis=1), basis, column, degree, chord)
+    twice = BakedLight.of(basis, chord, np.repeat(outcomes, 2, axis=1))
+    both = colour_table(twice, column, degree)
     assert both.components == 2
     np.testing.assert_allclose(both.values[4:], table.values[2:], rtol=1e-5, atol=1e-6)
 
@@ -283,7 +285,7 @@ def test_the_rains_own_colour():
     basis = light_basis(load_spectrum("E490"), 5.0, NO_AIR, ratio)
     assert basis.rain
     outcomes = np.repeat(basis.weights.sum(axis=1)[:, None, None, None, :], 3, axis=3)
-    table = colour_table(outcomes, basis, NO_AIR, 0, np.linspace(0.0, 1.0, 3))
+    table = colour_table(BakedLight.of(basis, np.linspace(0.0, 1.0, 3), outcomes), NO_AIR, 0)
     weights, _ = fine_weights("E490")
     excess = ratio(wavelength_bins(1.0).wavelength_nm) - 1.0
     clear = weights.sum(axis=0)

@@ -17,9 +17,11 @@ import pytest
 
 import rtbow
 import rtbow.fast
+import rtbow.fast_bake
 import rtbow.fast_lamp
 import rtbow.fast_scene
 import rtbow.fast_sun
+import rtbow.fast_sun_colours
 from rtbow.arrays import Array
 from rtbow.bench_error import PixelSample, colour_error, sample_pixels
 from rtbow.camera import pixel_directions
@@ -449,19 +451,19 @@ def test_moved_lights_and_cameras_are_drawn_as_new_ones(tmp_path, name):
 
 
 def shift_chords(monkeypatch):
-    real = rtbow.fast_sun.colour_table
+    real = rtbow.fast_sun_colours.colour_table
 
     def shifted(*args: Any, **more: Any) -> Any:
         table = real(*args, **more)
         return replace(table, first=table.first + 4.0 / table.per_chord)
 
-    monkeypatch.setattr(rtbow.fast_sun, "colour_table", shifted)
+    monkeypatch.setattr(rtbow.fast_sun_colours, "colour_table", shifted)
 
 
 def mix_up_rows(monkeypatch):
-    real = rtbow.fast_sun.hat_fit
+    real = rtbow.fast_bake.hat_fit
     monkeypatch.setattr(
-        rtbow.fast_sun, "hat_fit", lambda fine, rows: np.roll(real(fine, rows), 1, axis=0)
+        rtbow.fast_bake, "hat_fit", lambda fine, rows: np.roll(real(fine, rows), 1, axis=0)
     )
 
 
@@ -473,12 +475,12 @@ def halve_the_grey_part(monkeypatch):
 
 
 def leave_the_air_one_colour(monkeypatch):
-    monkeypatch.setattr(rtbow.fast_sun, "column_degree", lambda *_: 0)
+    monkeypatch.setattr(rtbow.fast_sun_colours, "column_degree", lambda *_: 0)
 
 
 def swap_components(monkeypatch):
-    real = rtbow.fast_sun.outcomes
-    monkeypatch.setattr(rtbow.fast_sun, "outcomes", lambda *a, **m: real(*a, **m)[:, ::-1])
+    real = rtbow.fast_bake.outcomes
+    monkeypatch.setattr(rtbow.fast_bake, "outcomes", lambda *a, **m: real(*a, **m)[:, ::-1])
 
 
 def see_no_disc(monkeypatch):
