@@ -6,25 +6,30 @@ would freeze the window, a process of its own does not. Frames come back through
 
 from __future__ import annotations
 
+import os
+import signal
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from rtbow.arrays import Array, Float32
+from rtbow.arrays import Array, Float32, Progress
 from rtbow.errors import RtbowError
 
 if TYPE_CHECKING:
     from rtbow.context import Backend
-    from rtbow.renderer import Method
+    from rtbow.renderer import Method, Renderer
     from rtbow.scene import Scene
 
+_NICE = 5
+"""So that the window comes first where cores are few."""
 _BUFFERS = 3
 """Frames in shared memory: one shown, one on its way, one being written."""
 _GAP_S = 0.05
@@ -146,7 +151,7 @@ class _Placed:
     size_px: tuple[int, int]
 
 
-class Superseded(Exception):
+class SupersededError(Exception):
     """A newer frame was asked for while one was being drawn."""
 
 
@@ -188,10 +193,9 @@ class Worker:
     def send(self, request: Request) -> None:
         """Hand a request over; replies come by :meth:`replies`."""
         self._pending.add(request.number)
-        try:
+        # If the process has gone, replies() tells, and starts another.
+        with suppress(BrokenPipeError, ConnectionError):
             self._pipe.send(request)
-        except (BrokenPipeError, ConnectionError):
-            pass  # replies() tells, and starts another process
 
     def replies(self) -> list[Reply]:
         """Give all replies that have come since."""
@@ -296,7 +300,7 @@ class _Server:
         self._pipe, self._backend = pipe, backend
         self._waiting: list[Request] = []
         self._ring = _Ring()
-        self._renderer: object = None
+        self._renderer: Renderer | None = None
         self._reported = 0.0
 
     def serve(self) -> None:
@@ -307,8 +311,8 @@ class _Server:
                 request = self._waiting.pop(0)
                 try:
                     self._do(request)
-                except Superseded:
-                    pass
+                except SupersededError:
+                    continue
                 except RtbowError as error:
                     kind = {2: "input", 3: "machine"}.get(error.exit_code, "defect")
                     self._pipe.send(Failed(request.number, kind, str(error)))  # type: ignore[arg-type]
@@ -357,13 +361,13 @@ class _Server:
         size_px = rgb.shape[1], rgb.shape[0]
         self._pipe.send(_Placed(frame, self._ring.put(rgb), size_px))
 
-    def _shown(self, scene: Scene):  # type: ignore[no-untyped-def]  # imported late
-        from rtbow.renderer import Renderer
+    def _shown(self, scene: Scene) -> Renderer:
+        from rtbow.renderer import Renderer  # slow to import: the process answers before
 
-        if isinstance(self._renderer, Renderer):
+        if self._renderer is None:
+            self._renderer = Renderer(scene, self._backend)
+        else:
             self._renderer.show(scene)
-            return self._renderer
-        self._renderer = Renderer(scene, self._backend)
         return self._renderer
 
     def _save(self, request: SaveFrame) -> None:
@@ -391,12 +395,10 @@ class _Server:
         wavelength_nm, radiance = spectrum_at(request.scene, np.array(request.direction))
         self._pipe.send(SpectrumTaken(request.number, wavelength_nm, radiance))
 
-    def _progress(
-        self, request: Request, what: str, *, until_newer: bool = True
-    ) -> Callable[[Iterable[object]], Iterator[object]]:
+    def _progress(self, request: Request, what: str, *, until_newer: bool = True) -> Progress:
         """Give a wrapper of loops that reports how far they are, and ends them if superseded."""
 
-        def wrap(items: Iterable[object]) -> Iterator[object]:
+        def wrap(items: Any) -> Iterator[Any]:
             listed = list(items)
             for done, item in enumerate(listed):
                 yield item
@@ -406,15 +408,13 @@ class _Server:
                 self._reported = now
                 self._receive(block=False)
                 if until_newer and any(isinstance(r, DrawFrame) for r in self._waiting):
-                    raise Superseded
+                    raise SupersededError
                 self._pipe.send(Progressed(request.number, (done + 1) / len(listed), what))
 
         return wrap
 
     def _close_renderer(self) -> None:
-        from rtbow.renderer import Renderer
-
-        if isinstance(self._renderer, Renderer):
+        if self._renderer is not None:
             self._renderer.close()
         self._renderer = None
         from rtbow.spectrum import load_spectrum
@@ -428,4 +428,8 @@ class _Server:
 
 def serve(pipe: Connection, backend: Backend) -> None:
     """Run the process until the other end of the pipe goes."""
+    # Ctrl-C on the terminal reaches both processes; the window decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
     _Server(pipe, backend).serve()
