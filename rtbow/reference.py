@@ -12,7 +12,7 @@ the theory's cross-sections as numbers; not how light is gathered along a ray.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -35,6 +35,7 @@ from rtbow.reference_table_kernel import integrate_lamp_rows, integrate_rows
 from rtbow.scene import Scene
 from rtbow.section_table import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
 from rtbow.sections import Sections
+from rtbow.spectrum import bin_means, wavelength_bins
 from rtbow.volume import DropletVolume, build_volume
 
 _MOST_NODES = 96
@@ -71,6 +72,11 @@ class _Setup:
     @property
     def origin(self) -> Array:
         return np.array(self.scene.camera.position_m, dtype=np.float64)
+
+    @property
+    def channels(self) -> int:
+        """What the weights of the lights sum to: X, Y, Z, or each wavelength by itself."""
+        return len((self.optics.sun_weights + self.optics.lamp_weights)[0].T)
 
     @property
     def rain_ratio(self) -> Array:
@@ -205,13 +211,13 @@ def _scattering_angles(direction: Array, rays: Array) -> Array:
     return floats(2.0 * np.arctan2(across, np.linalg.norm(direction + rays, axis=-1)))
 
 
-def _sun_xyz(setup: _Setup, rays: Array, samples: _Samples) -> Array:
-    """Integrate pixels under the suns: X, Y, Z (pixels, 3)."""
+def _under_suns(setup: _Setup, rays: Array, samples: _Samples) -> Array:
+    """Integrate pixels under the suns: (pixels, channels)."""
     optics, origin = setup.optics, setup.origin
     eye_column = np.zeros(len(samples.distance_m))
     if optics.has_air:
         eye_column = segment_column(origin[2], samples.rise, samples.distance_m)
-    xyz = np.zeros((len(rays), 3))
+    total = np.zeros((len(rays), setup.channels))
     for sun, colour in zip(optics.suns, optics.sun_weights, strict=True):
         column = eye_column
         if optics.has_air:
@@ -220,10 +226,10 @@ def _sun_xyz(setup: _Setup, rays: Array, samples: _Samples) -> Array:
         theta = _scattering_angles(sun.direction, rays)
         share = perpendicular_share(setup.scene.camera, sun.direction, rays)
         if setup.sections is None:
-            xyz += _airy_sun(setup, sun, samples, column, depth, theta, share, colour)
+            total += _airy_sun(setup, sun, samples, column, depth, theta, share, colour)
         else:
-            xyz += _table_sun(setup, sun, samples, column, depth, theta, share, colour)
-    return xyz
+            total += _table_sun(setup, sun, samples, column, depth, theta, share, colour)
+    return total
 
 
 def _airy_sun(
@@ -242,7 +248,7 @@ def _airy_sun(
             weights.append(shares)
         first.append(first[-1] + (len(angles[-1]) if counts[pixel] else 0))
     if not angles:
-        return np.zeros((len(theta), 3))
+        return np.zeros((len(theta), setup.channels))
     return integrate_spectrum(
         samples.start, samples.weight, samples.radius_m, column, depth,
         np.array(first), np.concatenate(angles), np.concatenate(weights), share,
@@ -270,9 +276,9 @@ def _table_sun(
     assert setup.sections is not None
     assert setup.rows is not None
     lit = np.diff(samples.start) > 0
-    xyz = np.zeros((len(theta), 3))
+    total = np.zeros((len(theta), setup.channels))
     if not np.any(lit):
-        return xyz
+        return total
     both = row_sections(setup.sections, setup.rows, theta[lit], sun.disc_rad)  # (R, W, U, 2)
     halves = 0.5 if setup.scene.camera.polarizer_deg is not None else 1.0
     mixed = share[lit] * both[..., 0] + (1.0 - share[lit]) * both[..., 1]
@@ -285,11 +291,11 @@ def _table_sun(
     )  # fmt: skip
 
 
-def _lamp_xyz(setup: _Setup, rays: Array) -> Array:
-    """Integrate pixels under the lamps: X, Y, Z (pixels, 3)."""
+def _under_lamps(setup: _Setup, rays: Array) -> Array:
+    """Integrate pixels under the lamps: (pixels, channels)."""
     optics, origin, box = setup.optics, setup.origin, setup.volume.box_m
     entry, leave = box_span(origin, rays, box)
-    xyz = np.zeros((len(rays), 3))
+    total = np.zeros((len(rays), setup.channels))
     for lamp, colour in zip(optics.lamps, optics.lamp_weights, strict=True):
         start, pieces = lamp_pieces(
             origin, rays, entry, leave, box, setup.moments, setup.longest(leave - entry),
@@ -308,16 +314,16 @@ def _lamp_xyz(setup: _Setup, rays: Array) -> Array:
         depth = depth + _depth_to_light(setup, lamp, points)
         share = perpendicular_share(setup.scene.camera, lamp.position_m - origin, rays)
         if setup.sections is None:
-            xyz += integrate_lamp(
+            total += integrate_lamp(
                 start, pieces, column, depth, share, *_bow_arrays(setup), optics.air_depth,
                 setup.rain_ratio, colour,
             )  # fmt: skip
         else:
-            xyz += integrate_lamp_rows(
+            total += integrate_lamp_rows(
                 start, pieces, setup.row_place(pieces[:, 2]), column, depth, share,
                 *_lamp_sections(setup), optics.air_depth, setup.rain_ratio, colour,
             )  # fmt: skip
-    return xyz
+    return total
 
 
 def _lamp_sections(setup: _Setup) -> tuple[Array, Array, Array]:
@@ -368,16 +374,39 @@ def radiance_along(scene: Scene, rays: Array) -> Array:
     Returns:
         X, Y, Z (n, 3), Y in cd/m².
     """
-    return _rays_xyz(_set_up(scene), rays)
+    return _gathered(_set_up(scene), rays)
 
 
-def _rays_xyz(setup: _Setup, rays: Array) -> Array:
-    xyz = np.zeros((len(rays), 3))
+def _gathered(setup: _Setup, rays: Array) -> Array:
+    total = np.zeros((len(rays), setup.channels))
     if setup.optics.suns:
-        xyz += _sun_xyz(setup, rays, _sample(setup, rays))
+        total += _under_suns(setup, rays, _sample(setup, rays))
     if setup.optics.lamps:
-        xyz += _lamp_xyz(setup, rays)
-    return xyz
+        total += _under_lamps(setup, rays)
+    return total
+
+
+def spectral_radiance_along(scene: Scene, rays: Array) -> Array:
+    """Give the spectral radiance that the eye receives along some rays, in float64.
+
+    Args:
+        scene: the scene, as for :func:`radiance_along`.
+        rays: unit directions (n, 3).
+
+    Returns:
+        Means over the bins of the scene's wavelength step (n, W), W m⁻² sr⁻¹ nm⁻¹: see
+        :func:`rtbow.spectrum.wavelength_bins`.
+    """
+    setup = _set_up(scene)
+    bins = wavelength_bins(scene.render.wavelength_step_nm)
+
+    # With weights on a diagonal, the sum over wavelengths leaves each in a channel of its own.
+    def apart(lights: tuple[Sun, ...] | tuple[Lamp, ...]) -> tuple[Array, ...]:
+        return tuple(np.diag(bin_means(light.spectrum, bins)) for light in lights)
+
+    optics = setup.optics
+    optics = replace(optics, sun_weights=apart(optics.suns), lamp_weights=apart(optics.lamps))
+    return _gathered(replace(setup, optics=optics), rays)
 
 
 def _rows_at_a_time(setup: _Setup, width: int, height: int) -> int:
@@ -418,6 +447,6 @@ def render_reference(
         if row % group == 0:
             rows = slice(row, min(row + group, height))
             rays = pixel_directions(scene.camera, rows)[:, columns]
-            found = _rays_xyz(setup, rays.reshape(-1, 3))
+            found = _gathered(setup, rays.reshape(-1, 3))
             xyz[rows] = found.reshape(rays.shape)
     return xyz_to_rgb(xyz)

@@ -227,7 +227,7 @@ def _integrate(
     grid: Array,
 ) -> Array:
     pixels, wavelengths = len(start) - 1, len(air_depth)
-    xyz = np.zeros((pixels, 3))
+    total = np.zeros((pixels, colour.shape[1]))
     for pixel in prange(pixels):
         share = perpendicular[pixel]
         for w in range(wavelengths):
@@ -250,9 +250,9 @@ def _integrate(
                         section += strength * radius_strength[k] * mean
                 passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
                 radiance += weight[k] * section * passed
-            for c in range(3):
-                xyz[pixel, c] += radiance * colour[w, c]
-    return xyz
+            for c in range(colour.shape[1]):
+                total[pixel, c] += radiance * colour[w, c]
+    return total
 
 
 def integrate_spectrum(
@@ -287,10 +287,10 @@ def integrate_spectrum(
         sides: (bows,): +1 or -1.
         air_depth: vertical optical depth (W,).
         rain_ratio: the rain's extinction over that at 550 nm (W,).
-        colour: (W, 3), lm/m².
+        colour: (W, C), lm/m² for X, Y, Z.
 
     Returns:
-        X, Y, Z per pixel (n, 3), Y in cd/m².
+        Sums per pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
     """
     return np.asarray(
         _integrate(

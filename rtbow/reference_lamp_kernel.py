@@ -146,7 +146,7 @@ def _integrate_lamp(
     grid: Array,
 ) -> Array:
     pixels, wavelengths = len(start) - 1, len(air_depth)
-    xyz = np.zeros((pixels, 3))
+    total = np.zeros((pixels, colour.shape[1]))
     for pixel in prange(pixels):
         for k in range(start[pixel], start[pixel + 1]):
             radius, disc = pieces[k, 2], pieces[k, 5]
@@ -181,9 +181,9 @@ def _integrate_lamp(
                     section += strength * strength_power * mean
                 passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
                 value = pieces[k, 1] * section * passed
-                for c in range(3):
-                    xyz[pixel, c] += value * colour[w, c]
-    return xyz
+                for c in range(colour.shape[1]):
+                    total[pixel, c] += value * colour[w, c]
+    return total
 
 
 def integrate_lamp(
@@ -210,10 +210,10 @@ def integrate_lamp(
         sides: (bows,): +1 or -1.
         air_depth: vertical optical depth (W,).
         rain_ratio: the rain's extinction over that at 550 nm (W,).
-        colour: (W, 3), lm/sr.
+        colour: (W, C), lm/sr for X, Y, Z.
 
     Returns:
-        X, Y, Z per pixel (n, 3), Y in cd/m².
+        Sums per pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
     """
     grids = (running_grid(), airy_grid())
     return np.asarray(

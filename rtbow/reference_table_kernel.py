@@ -52,12 +52,12 @@ def integrate_rows(
         sections: cross-section over the radius squared (n, W, rows), sr⁻¹.
         air_depth: vertical optical depth (W,).
         rain_ratio: the rain's extinction over that at 550 nm (W,).
-        colour: (W, 3), lm/m².
+        colour: (W, C), lm/m² for X, Y, Z.
 
     Returns:
-        X, Y, Z per pixel (n, 3), Y in cd/m².
+        Sums per pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
     """
-    xyz = np.zeros((len(start) - 1, 3))
+    total = np.zeros((len(start) - 1, colour.shape[1]))
     for pixel in prange(len(start) - 1):
         for w in range(len(air_depth)):
             radiance = 0.0
@@ -65,9 +65,9 @@ def integrate_rows(
                 section = area[k] * _between(sections[pixel, w], row[k])
                 passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
                 radiance += weight[k] * section * passed
-            for c in range(3):
-                xyz[pixel, c] += radiance * colour[w, c]
-    return xyz
+            for c in range(colour.shape[1]):
+                total[pixel, c] += radiance * colour[w, c]
+    return total
 
 
 @compiled()
@@ -111,12 +111,12 @@ def integrate_lamp_rows(
         running: their integrals over the angle, the same shape.
         air_depth: vertical optical depth (W,).
         rain_ratio: the rain's extinction over that at 550 nm (W,).
-        colour: (W, 3), lm/sr.
+        colour: (W, C), lm/sr for X, Y, Z.
 
     Returns:
-        X, Y, Z per pixel (n, 3), Y in cd/m².
+        Sums per pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
     """
-    xyz = np.zeros((len(start) - 1, 3))
+    total = np.zeros((len(start) - 1, colour.shape[1]))
     rows = sections.shape[1]
     for pixel in prange(len(start) - 1):
         means = np.empty(rows)
@@ -146,6 +146,6 @@ def integrate_lamp_rows(
                 section = _between(means[first : min(first + 4, rows)], row[k] - first)
                 passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
                 value_here = pieces[k, 1] * pieces[k, 2] ** 2 * section * passed
-                for c in range(3):
-                    xyz[pixel, c] += value_here * colour[w, c]
-    return xyz
+                for c in range(colour.shape[1]):
+                    total[pixel, c] += value_here * colour[w, c]
+    return total

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtbow.arrays import Array
+from rtbow.arrays import Array, floats
 from rtbow.colour import colour_matching
 from rtbow.constants import VISIBLE_NM
 from rtbow.errors import InputError
@@ -123,6 +123,11 @@ def colour_weights(spectrum: Spectrum, bins: Bins) -> Array:
     """
     nm, xyz = colour_matching()
     return _product_integrals(spectrum, bins.edges_nm, np.column_stack([nm, xyz]))
+
+
+def bin_means(spectrum: Spectrum, bins: Bins) -> Array:
+    """Give the mean of a spectrum over each bin (n,), in the spectrum's own unit."""
+    return floats(_product_integrals(spectrum, bins.edges_nm, None)[:, 0] / np.diff(bins.edges_nm))
 
 
 def luminous(spectrum: Spectrum) -> float:

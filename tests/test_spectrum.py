@@ -6,7 +6,14 @@ from scipy.integrate import trapezoid
 
 from rtbow.colour import colour_matching
 from rtbow.errors import InputError
-from rtbow.spectrum import Spectrum, colour_weights, load_spectrum, spectrum_names, wavelength_bins
+from rtbow.spectrum import (
+    Spectrum,
+    bin_means,
+    colour_weights,
+    load_spectrum,
+    spectrum_names,
+    wavelength_bins,
+)
 
 STEPS_NM = [0.5, 1.0, 2.0, 5.0, 8.0, 16.0, 40.0]
 
@@ -86,6 +93,8 @@ def test_each_bin_is_its_own_integral(step_nm):
         assert low <= bins.wavelength_nm[k] <= high
         expected = fine_integral(spectrum, low, high, (nm, cmf[:, 0]))
         assert weights[k, 0] == pytest.approx(expected, rel=1e-6)
+        mean = fine_integral(spectrum, low, high) / (high - low)
+        assert bin_means(spectrum, bins)[k] == pytest.approx(mean, rel=1e-6)
 
 
 def test_equal_energy_is_white_of_equal_parts():
