@@ -48,16 +48,26 @@ class FastPass:
 
         Returns:
             Whether it does; if not, nothing has changed.
+
+        Raises:
+            UnsuitedError: the method cannot draw it there; nothing has changed.
         """
         if _without_places(scene) != self._still:
             return False
         here = self._here.moved(scene)
-        # Those that could move are made anew, too, where one could not.
-        if not self._roaming or not all(one.move(here) for one in self._lights):
-            self._lights = _make_lights(here, no_progress, roaming=True)
-            self._roaming = True
-        self._here = here
+        try:
+            lights = self._moved_lights(here)
+        except Exception:
+            for one in self._lights:
+                one.move(self._here)  # those before the one that could not be drawn there
+            raise
+        self._here, self._lights, self._roaming = here, lights, True
         return True
+
+    def _moved_lights(self, here: FastScene) -> list[FastSun | FastLamp]:
+        if not self._roaming:
+            return _make_lights(here, no_progress, roaming=True)
+        return [one if one.move(here) else one.anew(here) for one in self._lights]
 
     @property
     def texture_bytes(self) -> int:

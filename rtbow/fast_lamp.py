@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from rtbow.arrays import Array, Float32, Progress, floats
+from rtbow.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.colour_table import (
     NO_AIR,
     ColourTable,
@@ -134,6 +134,10 @@ class FastLamp:
             bind_rain(self._marching, self._lamp, here)
         self._place()
         return True
+
+    def anew(self, here: FastScene) -> FastLamp:
+        """Make a lamp that could not move, for places farther away."""
+        return FastLamp(here, self._number, no_progress, roaming=True)
 
     def _air_steps(self) -> int:
         """Steps through even drops in air, a power of two: each halves the one before."""

@@ -15,7 +15,7 @@ import moderngl
 import numpy as np
 
 from rtbow import atmosphere
-from rtbow.arrays import Progress
+from rtbow.arrays import Progress, no_progress
 from rtbow.colour_table import NO_AIR
 from rtbow.fast_scene import (
     FastScene,
@@ -61,17 +61,21 @@ class FastSun:
         number: which of its suns.
         building: wraps the loop over parts of an exact table that has to be built first.
         roaming: make tables that serve other cameras and altitudes of the sun, too.
+        colours: of the same sun elsewhere, roaming; baked if left out.
     """
 
     def __init__(
-        self, here: FastScene, number: int, building: Progress, *, roaming: bool = False
-    ) -> None:
+        self, here: FastScene, number: int, building: Progress, *, roaming: bool = False,
+        colours: SunColours | None = None,
+    ) -> None:  # fmt: skip
         self._here, self._number, self._roaming = here, number, roaming
         self._sunward = self._sunward_columns(here)
         columns = self._columns(here, self._sunward)
-        self._colours = SunColours(here, number, columns.column, building, roaming=roaming)
-        colours = self._colours.behind(columns.column)
-        self.table = colours.table
+        self._colours = colours or SunColours(
+            here, number, columns.column, building, roaming=roaming
+        )
+        tabled = self._colours.behind(columns.column)
+        self.table = tabled.table
         parts, settings = here.parts, here.settings
         # Across the edge of the Earth's shadow a few samples would not do.
         even = parts.volume.uniform and parts.rain is None and columns.cubic is not None
@@ -83,7 +87,7 @@ class FastSun:
             "SUN": True,
             "NODES": False,
             "PARTS": False,
-            **self._air_defines(here, columns, colours.grey),
+            **self._air_defines(here, columns, tabled.grey),
             "BLOCK": self._block,
             "DIRECT": self._direct_samples() if even else 0,
             "HAT_GROUPS": self._groups,
@@ -105,7 +109,7 @@ class FastSun:
                 program.bind("columnTable", column_texture)
         bind_rain(self._marching, self._sun, here)
         check_loops(here, 1 + self._groups)
-        self._place(columns, colours)
+        self._place(columns, tabled)
 
     @property
     def _sun(self) -> Sun:
@@ -120,17 +124,21 @@ class FastSun:
         turned = self._has_turned(here)
         sunward = self._sunward_columns(here) if turned else self._sunward
         columns = self._columns(here, sunward)
-        colours = self._colours.behind(columns.column)
+        tabled = self._colours.behind(columns.column)
         kept = {name: self._defines[name] for name in ("NEAR_AIR", "SHADOW")}
-        if colours.table.degree != self.table.degree:
+        if tabled.table.degree != self.table.degree:
             return False
-        if self._air_defines(here, columns, colours.grey) != kept:
+        if self._air_defines(here, columns, tabled.grey) != kept:
             return False
         self._here, self._sunward = here, sunward
         if turned:
             bind_rain(self._marching, self._sun, here)
-        self._place(columns, colours)
+        self._place(columns, tabled)
         return True
+
+    def anew(self, here: FastScene) -> FastSun:
+        """Make the programs of a sun that could not move; it must be a roaming one."""
+        return FastSun(here, self._number, no_progress, roaming=True, colours=self._colours)
 
     def _has_turned(self, here: FastScene) -> bool:
         sun = here.parts.optics.suns[self._number]
@@ -165,13 +173,13 @@ class FastSun:
         near = air and not shadow and is_near(here.box_m, here.parts.eye_m, columns.column, grey)
         return {"NEAR_AIR": near, "SHADOW": air and shadow}
 
-    def _place(self, columns: SunColumns, colours: SunTable) -> None:
+    def _place(self, columns: SunColumns, tabled: SunTable) -> None:
         """Set all that depends on where camera and sun are."""
         sun = self._sun
-        self.table = colours.table
+        self.table = tabled.table
         for program in self._marching:
-            program.bind("colours", colours.texture)
-            set_scene(program, self._here, colours.grey)
+            program.bind("colours", tabled.texture)
+            set_scene(program, self._here, tabled.grey)
             program.set("columnReach", columns.column.reach)
             program.set("sunDirection", tuple(sun.direction))
             middle = columns.column.middle

@@ -69,7 +69,7 @@ class SunColours:
     def __init__(
         self, here: FastScene, number: int, column: Column, building: Progress, *, roaming: bool
     ) -> None:
-        self._gl, self._tolerance, self.roaming = here.gl, here.settings.colour, roaming
+        self._gl, self._tolerance, self._roaming = here.gl, here.settings.colour, roaming
         self._tables: dict[Column, SunTable] = {}
         sun = here.parts.optics.suns[number]
         sharp = sun.disc_rad == 0.0 and _one_size_each(here)
@@ -90,7 +90,7 @@ class SunColours:
         if column not in self._tables:
             basis = self._baked.basis
             degree = column_degree(basis, column, self._tolerance)
-            if self.roaming and degree:
+            if self._roaming and degree:
                 degree = max(degree, _ROAMING_DEGREE)
             table = colour_table(self._baked, column, degree)
             error = max(table.fit_error, mean_column_error(basis, column))

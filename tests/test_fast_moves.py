@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-import rtbow
+import rtbow.fast_bake
 import rtbow.fast_scene
 import rtbow.steps
+from rtbow.colour_table import LightBasis
 from rtbow.context import GlContext, open_context
+from rtbow.errors import UnsuitedError
 from rtbow.fast import FastPass
+from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene
 from rtbow.optics import scene_optics
 from rtbow.parts import moved_parts, scene_parts
@@ -117,3 +120,67 @@ def test_other_scenes_are_not_moves(context):
         for other in (make(SUN, air=False), make(SUN | {"spectrum": "E490"}), make(SUN, SUN)):
             assert not fast.move(other)
         assert fast.move(make(SUN, camera={"fov_deg": 20.0}))
+
+
+# --- Lights that cannot move -------------------------------------------------------------------
+
+
+def baked(monkeypatch: pytest.MonkeyPatch) -> list[LightBasis]:
+    """Record the lights that are baked from now on."""
+    found: list[LightBasis] = []
+    real = rtbow.fast_bake.outcomes
+
+    def outcomes(gl: Any, drops: Any, light: LightBasis, *rest: Any, **named: Any) -> Any:
+        found.append(light)
+        return real(gl, drops, light, *rest, **named)
+
+    monkeypatch.setattr(rtbow.fast_bake, "outcomes", outcomes)
+    return found
+
+
+def test_only_the_light_that_cannot_move_is_made_anew(context, monkeypatch):
+    scene = make(SUN, LAMP)
+    sunset = lit(scene, {"altitude_deg": -0.05}, {})  # no cubic follows its column: another program
+    away = lit(scene, {}, {"position_m": (0.0, -4000.0, 4.0)})  # beyond the lamp's columns of air
+    with context.current():
+        fast = FastPass(context, scene)
+        assert fast.move(looking(scene, 1.0))
+        sun, lamp = fast._lights
+        found = baked(monkeypatch)
+        assert fast.move(sunset)
+        assert fast._lights[0] is not sun
+        assert fast._lights[1] is lamp
+        assert not found, "what drops make of a sun does not depend on where it is"
+        fresh = FastPass(context, sunset).render()
+        # 0.2 %, of tables that cover more air.
+        np.testing.assert_allclose(fast.render(), fresh, rtol=0.0, atol=3e-3 * fresh.max())
+        sun, found[:] = fast._lights[0], []
+        assert fast.move(lit(sunset, {}, {"position_m": (0.0, -3.0, 4.0)}))
+        assert fast._lights[0] is sun
+        assert fast.move(lit(away, {"altitude_deg": -0.05}, {}))
+        assert fast._lights[0] is sun
+        assert fast._lights[1] is not lamp
+        assert len(found) == 1
+
+
+def test_lights_go_back_where_one_cannot_be_drawn(context, monkeypatch):
+    scene = make(SUN, LAMP)
+    there = lit(looking(scene, 3.0), {"altitude_deg": 9.0}, {"position_m": (9.0, 8.0, 7.0)})
+    with context.current():
+        fast = FastPass(context, scene)
+        assert fast.move(looking(scene, 2.0))
+        before = fast.render()
+        real = FastLamp.move
+
+        def move(self: FastLamp, here: FastScene) -> bool:
+            if here.scene is there:
+                raise UnsuitedError("not there")
+            return real(self, here)
+
+        monkeypatch.setattr(FastLamp, "move", move)
+        with pytest.raises(UnsuitedError, match="not there"):
+            fast.move(there)
+        np.testing.assert_array_equal(fast.render(), before)
+        monkeypatch.undo()
+        assert fast.move(there)
+        assert np.abs(fast.render() - before).max() > 0.0
