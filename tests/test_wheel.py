@@ -61,7 +61,7 @@ def empty_folder(tmp_path):
     ("folder", "kept_as", "patterns"),
     [
         ("shaders", "rtbow/shaders", ("*.glsl", "*.vert", "*.frag")),
-        ("scenes", "rtbow/scenes", ("*.toml",)),
+        ("scenes", "rtbow/scenes", ("*.toml", "*.npz", "*.png")),
         ("rtbow/data", "rtbow/data", ("*.csv",)),
         ("rtbow", "rtbow", ("*.py", "py.typed")),
     ],
