@@ -17,8 +17,8 @@ from rtbow.gl_program import GlProgram
 from rtbow.glsl import Define, glsl_literal
 from rtbow.scene import Scattering
 from rtbow.section_table import RadiusAxis, row_sections
+from rtbow.shader_scene import bow_rows, dark_edges
 from rtbow.sizes import Sizes, tabled_sizes
-from rtbow.spectral_layout import bow_rows, dark_edges
 from rtbow.table import airy_table, shader_constants
 from rtbow.water import relative_index
 

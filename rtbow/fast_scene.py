@@ -10,13 +10,11 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from rtbow import atmosphere, constants
 from rtbow.airy import RADIUS_POWER
 from rtbow.arrays import Array, floats
-from rtbow.camera import camera_basis, polarizer_pass
-from rtbow.colour import XYZ_TO_RGB
 from rtbow.colour_bake import middle_radius
 from rtbow.colour_table import ColourTable
+from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_settings import FastSettings, hat_rows
@@ -27,7 +25,7 @@ from rtbow.lights import Lamp, Sun
 from rtbow.parts import Parts, moved_parts
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import radius_axis
-from rtbow.spectral_layout import MAX_STEPS, MOST_LOOPS, matrix_literal
+from rtbow.shader_scene import MOST_LOOPS, common_defines, common_uniforms, set_uniforms
 from rtbow.steps import (
     LEAST_RAIN_SAMPLES,
     StepRates,
@@ -128,8 +126,7 @@ def fast_scene(gl: GlContext, scene: Scene, parts: Parts, settings: FastSettings
 
 
 def _rates(parts: Parts, cells: Array) -> StepRates:
-    rain = parts.rain.greatest if parts.rain is not None else 0.0
-    return rates_on_grid(cells, parts.volume, parts.optics, rain)
+    return rates_on_grid(cells, parts.volume, parts.optics, parts.rain_per_m)
 
 
 def rain_colour(here: FastScene) -> Callable[[Array], Array] | None:
@@ -146,24 +143,13 @@ def rain_colour(here: FastScene) -> Callable[[Array], Array] | None:
 
 def scene_defines(here: FastScene, table: ColourTable) -> dict[str, Define]:
     """Give the switches and constants that all programs of one light share."""
-    scene, parts = here.scene, here.parts
-    rain, even = parts.rain is not None, parts.volume.uniform
+    rain, even = here.parts.rain is not None, here.parts.volume.uniform
     return {
-        "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
-        "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
-        "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
-        "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
-        "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
-        "NO_PLANE": constants.NO_PLANE,
+        **common_defines(here.scene, here.parts),
         "RADIUS_POWER": RADIUS_POWER,
-        "MAX_STEPS": MAX_STEPS,
         "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else (1 if even else _LEAST_STEPS),
-        "GRID": not even,
         "SEVERAL_RADII": table.rows > 1,
-        "AIR": parts.optics.has_air,
-        "EXTINCTION": rain,
         "ATTENUATION": False,
-        "POLARIZER": scene.camera.polarizer_deg is not None,
         "RAIN_COLOUR": table.rain,
         "COMPONENTS": table.components,
         "COLUMN_DEGREE": table.degree,
@@ -173,37 +159,21 @@ def scene_defines(here: FastScene, table: ColourTable) -> dict[str, Define]:
 
 def set_scene(program: GlProgram, here: FastScene, grey: float) -> None:
     """Set the uniforms that all programs share, and the depth per column that weights carry."""
-    for name, value in here.view.items():
-        program.set(name, value)
+    set_uniforms(program, here.view)
     program.set("greyAir", grey)
 
 
 def _view(here: FastScene) -> dict[str, Any]:
-    camera, parts, rates = here.scene.camera, here.parts, here.rates
-    volume, eye = parts.volume, parts.eye_m
-    view: dict[str, Any] = {
-        "frameSize": tuple(float(n) for n in camera.size_px),
-        "cameraBasis": tuple(camera_basis(camera).ravel()),
-        "eyeHeight": float(eye[2]),
-        "eyeAir": float(
-            np.exp(-max(eye[2], -1e5) / constants.SCALE_HEIGHT_M) / constants.SCALE_HEIGHT_M
-        ),
-        "boxLow": tuple(here.box_m[0] - eye),
-        "boxHigh": tuple(here.box_m[1] - eye),
+    volume, eye, rows = here.parts.volume, here.parts.eye_m, here.radii.rows
+    height = float(eye[2])
+    view = {
+        **common_uniforms(here.scene, here.parts, here.box_m, here.rates),
+        "eyeAir": float(np.exp(-max(height, -1e5) / SCALE_HEIGHT_M) / SCALE_HEIGHT_M),
         "middleRadius": here.radii.middle,
-        "cellsPerMetre": tuple(rates.cells_per_metre),
-        "airPerMetre": rates.air_per_metre,
-        "fixedSteps": here.scene.render.steps or 0,
     }
-    if camera.polarizer_deg is not None:
-        view["polarizerPass"] = tuple(polarizer_pass(camera))
-    if volume.uniform:
-        view["uniformDensity"] = float(volume.number_per_m3[0, 0, 0])
-        view["uniformExtinction"] = parts.rain.greatest if parts.rain is not None else 0.0
-    else:
+    if not volume.uniform:
         view["gridLow"] = tuple(volume.box_m[0] - eye)
         view["gridPerMetre"] = tuple(1.0 / (volume.box_m[1] - volume.box_m[0]))
-    rows = here.radii.rows
     if len(rows) > 1:
         per_fold = (len(rows) - 1) / float(rows[-1] - rows[0])
         view["radiusRows"] = (float(rows[0]) - here.radii.middle, per_fold)

@@ -37,6 +37,11 @@ class Parts:
     rain: RainExtinction | None
     eye_m: Array
 
+    @property
+    def rain_per_m(self) -> float:
+        """Greatest extinction by the rain, 1/m; 0 where it does not attenuate."""
+        return self.rain.greatest if self.rain is not None else 0.0
+
     def moments(self) -> Float32:
         """Give what the shader interpolates at grid points: density, density times radius and,
         where rain dims rain, extinction; (nz, ny, nx, 2 or 3)."""

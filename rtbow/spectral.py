@@ -9,7 +9,6 @@ import numpy as np
 
 from rtbow import atmosphere
 from rtbow.arrays import Float32, Progress, no_progress
-from rtbow.camera import camera_basis, polarizer_pass
 from rtbow.context import GlContext
 from rtbow.errors import InputError
 from rtbow.gl_program import FrameTarget, GlProgram, added_up, check_sizes, texture_bytes
@@ -19,14 +18,8 @@ from rtbow.optics import Optics
 from rtbow.parts import Parts, scattering_range, scene_parts
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import SectionTable, angle_axis, section_table
-from rtbow.spectral_layout import (
-    LAMP_DEPTH_SAMPLES,
-    MAX_STEPS,
-    MOST_LOOPS,
-    bow_edges,
-    shader_defines,
-    spectral_rows,
-)
+from rtbow.shader_scene import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
+from rtbow.spectral_layout import LAMP_DEPTH_SAMPLES, bow_edges, shader_defines, spectral_rows
 from rtbow.steps import LEAST_RAIN_SAMPLES, lamp_steps, most_steps, step_rates
 from rtbow.strips import strips
 from rtbow.table import airy_table
@@ -183,24 +176,10 @@ class SpectralPass:
 
     def _set_scene(self, parts: Parts) -> None:
         optics, volume = parts.optics, parts.volume
-        camera, steps = self._scene.camera, self._scene.render.steps
-        eye = np.array(camera.position_m)
-        self._program.set("frameSize", tuple(float(n) for n in camera.size_px))
-        self._program.set("cameraBasis", tuple(camera_basis(camera).ravel()))
-        self._program.set("eyeHeight", float(eye[2]))
-        # Relative to the eye in float64, so that float32 keeps its digits far from the origin.
-        self._program.set("boxLow", tuple(volume.box_m[0] - eye))
-        self._program.set("boxHigh", tuple(volume.box_m[1] - eye))
-        self._program.set("uniformDensity", float(volume.number_per_m3[0, 0, 0]))
+        steps = self._scene.render.steps
+        rates = step_rates(volume, optics, parts.rain_per_m)
+        set_uniforms(self._program, common_uniforms(self._scene, parts, volume.box_m, rates))
         self._program.set("oneRadius", volume.radius_range_um[0] * 1e-6)
-        if camera.polarizer_deg is not None:
-            self._program.set("polarizerPass", tuple(polarizer_pass(camera)))
-        rain = parts.rain.greatest if parts.rain is not None else 0.0
-        self._program.set("uniformExtinction", rain)
-        rates = step_rates(volume, optics, rain)
-        self._program.set("cellsPerMetre", tuple(rates.cells_per_metre))
-        self._program.set("airPerMetre", rates.air_per_metre)
-        self._program.set("fixedSteps", steps or 0)
         least = LEAST_RAIN_SAMPLES if parts.rain is not None else 1
         self._steps = min(steps or max(most_steps(rates, volume), least), MAX_STEPS)
         self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
@@ -212,7 +191,7 @@ class SpectralPass:
         if parts.rain is not None and self._steps > self._steps_per_pass:
             self._check_depth_loops(optics)
         if optics.lamps:
-            spheres = [(*(lamp.position_m - eye), lamp.radius_m) for lamp in optics.lamps]
+            spheres = [(*(lamp.position_m - parts.eye_m), lamp.radius_m) for lamp in optics.lamps]
             self._program.set_array("lampSphere", spheres)
         directions = [tuple(sun.direction) for sun in optics.suns]
         shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]

@@ -2,40 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.typing import NDArray
 
-from rtbow import atmosphere, constants
-from rtbow.airy import SCALE_POWER, Bow
+from rtbow import constants
+from rtbow.airy import SCALE_POWER
 from rtbow.arrays import Array, Float32
 from rtbow.camera import camera_basis
-from rtbow.colour import XYZ_TO_RGB
 from rtbow.glsl import Define, glsl_literal
 from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics
 from rtbow.parts import Parts
 from rtbow.scene import Camera, Scene
+from rtbow.shader_scene import bow_rows, common_defines, dark_edges
 from rtbow.steps import LEAST_RAIN_SAMPLES
-from rtbow.table import NEAR_S_FIXED, NEAR_Z_LOW, POLE_DISTANCE, shader_constants
+from rtbow.table import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
 from rtbow.volume import DropletVolume
 
-MAX_STEPS = 1 << 20
-MOST_LOOPS = 65_000
-"""Loop iterations of one pixel, at most: Mesa's CPU driver ends all of a shader's loops after
-65,535 in sum, silently."""
 LAMP_DEPTH_SAMPLES = 4
 """Samples of the rain's extinction within a step at a lamp, which may be long in distance."""
 _MAX_SECTIONS = 128
 """Cross-sections that a pixel may keep in an array, over wavelengths and suns. Mesa's CPU driver
 takes 0.4 s to compile an array of 81 and minutes for one of 401."""
-
-
-def matrix_literal(matrix: NDArray[np.float64]) -> str:
-    """Write a matrix as GLSL, which lists columns first."""
-    values = ", ".join(glsl_literal(float(v)) for v in matrix.T.ravel())
-    return f"mat3({values})"
 
 
 def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
@@ -53,14 +40,8 @@ def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
     )
     return {
         **shader_constants(),
-        "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
-        "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
-        "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
-        "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
-        "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
+        **common_defines(scene, parts),
         "NEAREST_M": NEAREST_M,
-        "NO_PLANE": constants.NO_PLANE,
-        "MAX_STEPS": MAX_STEPS,
         "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
         "LAMP_DEPTH_SAMPLES": LAMP_DEPTH_SAMPLES,
         "WAVELENGTH_COUNT": len(optics.wavelength_nm),
@@ -69,11 +50,7 @@ def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
         "RAIN_ROW": bow_rows + lights,
         "SUN_COUNT": len(optics.suns),
         "LAMP_COUNT": len(optics.lamps),
-        "GRID": not volume.uniform,
-        "AIR": optics.has_air,
-        "EXTINCTION": rain,
         "ATTENUATION": optics.has_air or rain,
-        "POLARIZER": scene.camera.polarizer_deg is not None,
         "TABLE": table,
         "DISC": not table
         and (
@@ -129,37 +106,6 @@ def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
     smallest = max(volume.radius_range_um[0], constants.MIN_RADIUS_UM) * 1e-6
     disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
     return dark_edges(optics.bows, smallest, disc)
-
-
-def dark_edges(bows: Sequence[Bow], smallest_m: float, disc_rad: float) -> list[float]:
-    """Give, per bow, the scattering angle beyond which it is dark.
-
-    The table's first column is dark for the drop that reaches furthest, the smallest; each
-    wavelength's own angle and the widest disc are allowed for.
-    """
-    edges = []
-    for bow in bows:
-        reach = -NEAR_Z_LOW / (bow.scale * smallest_m**SCALE_POWER) + disc_rad
-        limits = bow.angle_rad - bow.side * reach
-        edges.append(float(limits.min() if bow.side > 0 else limits.max()))
-    return edges
-
-
-def bow_rows(bows: Sequence[Bow], *, components: bool) -> Float32:
-    """Lay out bows as the shader reads them.
-
-    Args:
-        bows: the bows.
-        components: the strength of both components, for a polariser.
-
-    Returns:
-        float32 (bows, W, 4): angle, scale, and strength (or perpendicular and parallel strength).
-    """
-    rows = []
-    for b in bows:
-        strength = (b.perpendicular, b.parallel) if components else (b.strength, 0.0 * b.strength)
-        rows.append(np.stack([b.angle_rad, b.scale, *strength], axis=1))
-    return np.array(rows, dtype=np.float32).reshape(len(rows), -1, 4)
 
 
 def spectral_rows(parts: Parts, *, components: bool) -> Float32:

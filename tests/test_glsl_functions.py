@@ -8,7 +8,7 @@ from glsl_probe import probe
 from rtbow.camera import box_span, camera_basis, pixel_directions
 from rtbow.colour import XYZ_TO_RGB, xyz_to_rgb
 from rtbow.scene import Camera
-from rtbow.spectral_layout import matrix_literal
+from rtbow.shader_scene import matrix_literal
 from rtbow.volume_kernel import interpolate
 
 

@@ -1,0 +1,115 @@
+"""What shaders of every method are told about a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtbow import atmosphere, constants
+from rtbow.airy import SCALE_POWER, Bow
+from rtbow.arrays import Array, Float32
+from rtbow.camera import camera_basis, polarizer_pass
+from rtbow.colour import XYZ_TO_RGB
+from rtbow.gl_program import GlProgram
+from rtbow.glsl import Define, glsl_literal
+from rtbow.parts import Parts
+from rtbow.scene import Scene
+from rtbow.steps import StepRates
+from rtbow.table import NEAR_Z_LOW
+
+MAX_STEPS = 1 << 20
+MOST_LOOPS = 65_000
+"""Loop iterations of one pixel, at most: Mesa's CPU driver ends all of a shader's loops after
+65,535 in sum, silently."""
+
+
+def matrix_literal(matrix: NDArray[np.float64]) -> str:
+    """Write a matrix as GLSL, which lists columns first."""
+    values = ", ".join(glsl_literal(float(v)) for v in matrix.T.ravel())
+    return f"mat3({values})"
+
+
+def common_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
+    """Give the constants and switches that mean the same in every method."""
+    return {
+        "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
+        "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
+        "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
+        "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
+        "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
+        "NO_PLANE": constants.NO_PLANE,
+        "MAX_STEPS": MAX_STEPS,
+        "GRID": not parts.volume.uniform,
+        "AIR": parts.optics.has_air,
+        "EXTINCTION": parts.rain is not None,
+        "POLARIZER": scene.camera.polarizer_deg is not None,
+    }
+
+
+def common_uniforms(scene: Scene, parts: Parts, box_m: Array, rates: StepRates) -> dict[str, Any]:
+    """Give the uniforms that mean the same in every method.
+
+    Args:
+        scene: the scene.
+        parts: what it is made of.
+        box_m: where its drops are (2, 3).
+        rates: samples per metre of ray.
+    """
+    camera, volume, eye = scene.camera, parts.volume, parts.eye_m
+    found: dict[str, Any] = {
+        "frameSize": tuple(float(n) for n in camera.size_px),
+        "cameraBasis": tuple(camera_basis(camera).ravel()),
+        "eyeHeight": float(eye[2]),
+        # Relative to the eye in float64, so that float32 keeps its digits far from the origin.
+        "boxLow": tuple(box_m[0] - eye),
+        "boxHigh": tuple(box_m[1] - eye),
+        "cellsPerMetre": tuple(rates.cells_per_metre),
+        "airPerMetre": rates.air_per_metre,
+        "fixedSteps": scene.render.steps or 0,
+    }
+    if camera.polarizer_deg is not None:
+        found["polarizerPass"] = tuple(polarizer_pass(camera))
+    if volume.uniform:
+        found["uniformDensity"] = float(volume.number_per_m3[0, 0, 0])
+        found["uniformExtinction"] = parts.rain_per_m
+    return found
+
+
+def set_uniforms(program: GlProgram, values: Mapping[str, Any]) -> None:
+    """Set those uniforms that a program has."""
+    for name, value in values.items():
+        program.set(name, value)
+
+
+def dark_edges(bows: Sequence[Bow], smallest_m: float, disc_rad: float) -> list[float]:
+    """Give, per bow, the scattering angle beyond which it is dark.
+
+    The table's first column is dark for the drop that reaches furthest, the smallest; each
+    wavelength's own angle and the widest disc are allowed for.
+    """
+    edges = []
+    for bow in bows:
+        reach = -NEAR_Z_LOW / (bow.scale * smallest_m**SCALE_POWER) + disc_rad
+        limits = bow.angle_rad - bow.side * reach
+        edges.append(float(limits.min() if bow.side > 0 else limits.max()))
+    return edges
+
+
+def bow_rows(bows: Sequence[Bow], *, components: bool) -> Float32:
+    """Lay out bows as the shader reads them.
+
+    Args:
+        bows: the bows.
+        components: the strength of both components, for a polariser.
+
+    Returns:
+        float32 (bows, W, 4): angle, scale, and strength (or perpendicular and parallel strength).
+    """
+    rows = []
+    for b in bows:
+        strength = (b.perpendicular, b.parallel) if components else (b.strength, 0.0 * b.strength)
+        rows.append(np.stack([b.angle_rad, b.scale, *strength], axis=1))
+    return np.array(rows, dtype=np.float32).reshape(len(rows), -1, 4)
