@@ -18,15 +18,17 @@ from rtbow import __version__
 from rtbow.bench_cli import bench
 from rtbow.chart_cli import chart
 from rtbow.cli_options import (
-    Exposure,
     Numbers,
     WholeNumber,
     backend_option,
+    exposure_option,
     max_delta_e_option,
+    method_option,
     progress_bar,
     quiet_option,
     set_option,
     size_option,
+    typed_overrides,
 )
 from rtbow.constants import SUN_DIAMETER_DEG
 from rtbow.errors import InputError, RtbowError, UnavailableError
@@ -68,27 +70,13 @@ def rtbow() -> None:
 )
 @size_option("Width and height in pixels, such as 640x360.")
 @backend_option
-@click.option(
-    "--method",
-    type=click.Choice(["auto", "fast", "spectral", "reference"]),
-    default="auto",
-    show_default=True,
-    help="fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
-    " float64 on the CPU; auto: fast where it keeps its error, else spectral.",
-)
+@method_option
 @max_delta_e_option(
     "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels: 0.25 to 20;"
     " left out: the scene's, 0.5 by default."
 )
 @set_option("light.0.altitude_deg=5")
-@click.option(
-    "--exposure",
-    type=Exposure(),
-    default="auto",
-    show_default=True,
-    metavar="auto|EV",
-    help="Exposure of the .png: auto, or an EV at ISO 100.",
-)
+@exposure_option("Exposure of the .png: auto, or an EV at ISO 100.")
 @click.option("--seed", type=WholeNumber(min=0), metavar="N", help="Seed of the random drops.")
 @quiet_option
 def render(
@@ -107,26 +95,17 @@ def render(
 
     Example: rtbow render shower -o shower.exr -o shower.png --set light.0.altitude_deg=10
     """  # fmt: skip
-    if max_delta_e is not None and method not in ("auto", "fast"):
-        raise InputError(
-            f"--max-delta-e {max_delta_e:g}: methods auto and fast alone take it, not --method"
-            f" {method}; leave one of the two out"
-        )
     from rtbow.files import check_writable
     from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
 
+    overrides = typed_overrides(settings, size, max_delta_e, method)
     for path in outputs:  # before the long work, not after it
         check_writable(path, FRAME_SUFFIXES)
     from rtbow.renderer import Renderer
-    from rtbow.scene_file import load_scene, parse_set
+    from rtbow.scene_file import load_scene
 
-    overrides = dict(parse_set(text) for text in settings)
-    if size is not None:
-        overrides["camera.size_px"] = list(size)
     if seed is not None:
         overrides["droplets.seed"] = seed
-    if max_delta_e is not None:
-        overrides["render.max_delta_e"] = max_delta_e
     loaded = load_scene(scene, overrides)
     if seed is not None and loaded.droplets.file is not None:
         raise InputError(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
-from rtbow.errors import RtbowError
+from rtbow.errors import InputError, RtbowError
 
 if TYPE_CHECKING:
     from rtbow.arrays import Progress
@@ -149,6 +149,28 @@ def max_delta_e_option(text: str, *, multiple: bool = False) -> Option:
     return click.option("--max-delta-e", type=float, multiple=multiple, metavar="DE", help=text)
 
 
+method_option: Option = click.option(
+    "--method",
+    type=click.Choice(["auto", "fast", "spectral", "reference"]),
+    default="auto",
+    show_default=True,
+    help="fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
+    " float64 on the CPU; auto: fast where it keeps its error, else spectral.",
+)
+
+
+def exposure_option(text: str) -> Option:
+    """Give ``--exposure`` with its help."""
+    return click.option(
+        "--exposure",
+        type=Exposure(),
+        default="auto",
+        show_default=True,
+        metavar="auto|EV",
+        help=text,
+    )
+
+
 def set_option(example: str) -> Option:
     """Give ``--set``, which the verb takes as ``settings``, with an example in its help."""
     return click.option(
@@ -158,6 +180,32 @@ def set_option(example: str) -> Option:
         metavar="KEY.PATH=VALUE",
         help=f"Replace any scene key, such as {example}. May be repeated.",
     )
+
+
+def typed_overrides(
+    settings: tuple[str, ...],
+    size: tuple[int, int] | None,
+    max_delta_e: float | None,
+    method: str,
+) -> dict[str, object]:
+    """Give the overrides of a scene that ``--set``, ``--size`` and ``--max-delta-e`` ask for.
+
+    Raises:
+        InputError: no such ``--set``, or a method that does not take ``--max-delta-e``.
+    """
+    if max_delta_e is not None and method not in ("auto", "fast"):
+        raise InputError(
+            f"--max-delta-e {max_delta_e:g}: methods auto and fast alone take it, not --method"
+            f" {method}; leave one of the two out"
+        )
+    from rtbow.scene_file import parse_set
+
+    overrides = dict(parse_set(text) for text in settings)
+    if size is not None:
+        overrides["camera.size_px"] = list(size)
+    if max_delta_e is not None:
+        overrides["render.max_delta_e"] = max_delta_e
+    return overrides
 
 
 # --- Progress ----------------------------------------------------------------------------------

@@ -6,7 +6,8 @@ import os
 import secrets
 import shlex
 import stat
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rtbow.errors import InputError
@@ -64,6 +65,55 @@ def write_atomic(path: PathLike, data: bytes) -> None:
             with contextlib.suppress(OSError):
                 temporary.unlink()
             raise
+    except OSError as error:
+        raise _explained(path, error) from error
+
+
+@contextlib.contextmanager
+def replacing(path: PathLike) -> Iterator[Path]:
+    """Give a temporary file, for a library that writes to a name, and put it in the path's place.
+
+    It takes the place as :func:`write_atomic` does, when the block is left without an exception;
+    else it is removed.
+
+    Args:
+        path: Where the file shall stand.
+
+    Yields:
+        An empty file, on the same file system where the path is no device or pipe.
+
+    Raises:
+        InputError: The file cannot be written there; says why and what to do.
+    """
+    with explaining(path):
+        streams = _stream_kind(path) is not None
+        target, previous = (None, None) if streams else _regular_target(path)
+        if target is None:
+            temporary = Path(tempfile.gettempdir()) / _temporary_name()
+        else:
+            temporary = _temporary_beside(target)
+        os.close(_create(temporary))
+    try:
+        yield temporary
+        with explaining(path):
+            if target is None:
+                write_atomic(path, temporary.read_bytes())
+            else:
+                if previous is not None:
+                    _take_over_permissions(temporary, previous)
+                _sync(temporary)
+                os.replace(temporary, target)
+    finally:
+        # Also after an interrupt from the keyboard; a file that took its place is gone from here.
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+
+
+@contextlib.contextmanager
+def explaining(path: PathLike) -> Iterator[None]:
+    """Turn the system's errors about writing a file into an InputError that says what to do."""
+    try:
+        yield
     except OSError as error:
         raise _explained(path, error) from error
 
@@ -186,7 +236,11 @@ def _check_folder(path: PathLike, folder: Path) -> None:
 
 def _temporary_beside(target: Path) -> Path:
     # Not built from the target's name, which may already be as long as the system allows.
-    return target.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(8)}{TEMPORARY_SUFFIX}")
+    return target.with_name(_temporary_name())
+
+
+def _temporary_name() -> str:
+    return f"{TEMPORARY_PREFIX}{secrets.token_hex(8)}{TEMPORARY_SUFFIX}"
 
 
 def _create(temporary: Path) -> int:
@@ -213,6 +267,14 @@ def _write_and_close(descriptor: int, data: bytes, *, sync: bool) -> None:
             # Before the rename: a full disk may show only now, and after a power cut the new
             # name must not stand before an empty file.
             os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(descriptor)
     finally:
         os.close(descriptor)
 

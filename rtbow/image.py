@@ -205,6 +205,34 @@ def write_png(path: PathLike, display_rgb: NDArray[np.uint8], metadata: Mapping[
     write_atomic(path, buffer.getvalue())
 
 
+def read_png(path: PathLike) -> tuple[NDArray[np.uint8], dict[str, str]]:
+    """Return the picture and the texts of a PNG file.
+
+    Args:
+        path: A file of 8 bit RGB.
+
+    Returns:
+        Picture, shape (h, w, 3), and texts by keyword.
+
+    Raises:
+        InputError: The file cannot be read or is not such a picture.
+    """
+    from PIL.PngImagePlugin import PngImageFile
+
+    try:
+        # Not Image.open, which takes large pictures for an attack.
+        with PngImageFile(path) as image:
+            if image.mode != "RGB":
+                raise ValueError(f"mode {image.mode}")
+            picture = np.asarray(image)
+            return picture, {name: str(text) for name, text in image.text.items()}
+    except (OSError, ValueError, SyntaxError) as error:
+        raise InputError(
+            f"{os.fspath(path)}: not a picture ({error}); must be a PNG of 8 bit RGB; choose "
+            "another file"
+        ) from error
+
+
 def _require_shape(frame: NDArray[Any]) -> None:
     if frame.ndim != 3 or frame.shape[2] != 3 or frame.size == 0:
         raise RtbowError(f"frame: shape is {frame.shape}; must be (height, width, 3)")

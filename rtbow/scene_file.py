@@ -58,10 +58,19 @@ def scene_from_text(
     resolve_paths(data, folder or Path())
     changes = {str(key): plain(value) for key, value in (overrides or {}).items()}
     scene = scene_from_values(data, name, changes)
-    if changes:
-        text = text if text.endswith("\n") or not text else f"{text}\n"
-        text += "".join(f"# --set {key}={toml_text(value)}\n" for key, value in changes.items())
-    return scene.with_source(text, name)
+    return scene.with_source(with_overrides_noted(text, changes), name)
+
+
+def with_overrides_noted(text: str, overrides: Mapping[str, object]) -> str:
+    """Give a scene's text with overrides as comments ``# --set key=value`` at its end."""
+    if overrides and text and not text.endswith("\n"):
+        text += "\n"
+    return text + "".join(f"# --set {typed_override(*one)}\n" for one in overrides.items())
+
+
+def typed_override(key: str, value: object) -> str:
+    """Give an override as it is typed after ``--set``: :func:`parse_set` reads it back."""
+    return f"{key}={toml_text(value)}"
 
 
 def builtin_scenes() -> dict[str, Path]:

@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 from rtbow.scene import Scene
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_INDEX = re.compile(r"0|[1-9][0-9]{0,8}")
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,21 @@ class Node:
 
 
 ROOT = Node.of(Scene)
+
+
+def node_at(key: str) -> Node | None:
+    """Return what lies under a dotted key as typed after ``--set``; None if no scene has it."""
+    node: Node | None = ROOT
+    for part in key.split("."):
+        if node is not None and node.annotation == dict[str, Any]:
+            node = ROOT  # a free table holds keys of another scene
+        if node is None:
+            return None
+        if node.items:
+            node = node.child(int(part)) if _INDEX.fullmatch(part) else None
+        else:
+            node = node.child(part)
+    return node
 
 
 def walk_fields() -> Iterator[tuple[str, str, FieldInfo]]:

@@ -13,7 +13,7 @@ import pytest
 
 from rtbow import files
 from rtbow.errors import InputError
-from rtbow.files import check_writable, write_atomic
+from rtbow.files import check_writable, replacing, write_atomic
 
 SUFFIXES = (".exr", ".png")
 
@@ -293,3 +293,72 @@ def test_write_protected_file_is_respected(open_folder, capfd):
     assert run_without_rights(lambda: write_atomic(path, b"new")) == 2
     assert path.read_bytes() == b"kept"
     assert names(folder) == ["kept.exr"]
+
+
+def fail_halfway(path, error):
+    path.write_bytes(b"half")
+    raise error
+
+
+class TestReplacing:
+    """A library that writes to a name, such as a film's."""
+
+    def test_a_new_file_and_one_that_stood_there(self, tmp_path):
+        path = tmp_path / "film.mp4"
+        for content in (b"first", b"second, longer"):
+            with replacing(path) as temporary:
+                assert temporary.parent == tmp_path
+                temporary.write_bytes(content)
+                assert not path.exists() or path.read_bytes() == b"first"
+            assert path.read_bytes() == content
+            path.chmod(0o640)
+        assert names(tmp_path) == ["film.mp4"]
+        assert stat.S_IMODE(path.stat().st_mode) == 0o640
+
+    @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError, OSError])
+    def test_what_stood_there_stays_after_any_failure(self, tmp_path, error):
+        path = tmp_path / "film.mp4"
+        path.write_bytes(b"old")
+        with pytest.raises(error), replacing(path) as temporary:
+            fail_halfway(temporary, error)
+        assert path.read_bytes() == b"old"
+        assert names(tmp_path) == ["film.mp4"]
+
+    @pytest.mark.parametrize("step", ["fsync", "replace"])
+    def test_a_failure_at_the_end_is_explained(self, tmp_path, monkeypatch, step):
+        def fail(*_):
+            raise OSError(errno.ENOSPC, "full")
+
+        path = tmp_path / "film.mp4"
+        path.write_bytes(b"old")
+        with (
+            pytest.raises(InputError, match=r"film.mp4: cannot be written: .*; free some space"),
+            replacing(path),
+        ):
+            monkeypatch.setattr(files.os, step, fail)
+        monkeypatch.undo()
+        assert path.read_bytes() == b"old"
+        assert names(tmp_path) == ["film.mp4"]
+
+    def test_a_link_keeps_leading_to_its_file(self, tmp_path):
+        (tmp_path / "far").mkdir()
+        (tmp_path / "link.mp4").symlink_to(tmp_path / "far" / "film.mp4")
+        with replacing(tmp_path / "link.mp4") as temporary:
+            temporary.write_bytes(b"new")
+        assert (tmp_path / "link.mp4").is_symlink()
+        assert names(tmp_path / "far") == ["film.mp4"]
+
+    def test_a_device_is_written_to_and_stays(self, tmp_path):
+        (tmp_path / "null.mp4").symlink_to(os.devnull)
+        with replacing(tmp_path / "null.mp4") as temporary:
+            assert temporary.parent != tmp_path
+            temporary.write_bytes(b"new")
+        assert not temporary.exists()
+        assert stat.S_ISCHR(os.stat(os.devnull).st_mode)
+
+    def test_a_folder_that_is_not_there(self, tmp_path):
+        with (
+            pytest.raises(InputError, match="there is no folder"),
+            replacing(tmp_path / "no" / "a"),
+        ):
+            pass

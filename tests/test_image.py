@@ -14,7 +14,7 @@ from PIL import Image
 from rtbow import image
 from rtbow.display import auto_exposure_ev, display
 from rtbow.errors import InputError, RtbowError
-from rtbow.image import read_exr, write_exr, write_frame, write_png
+from rtbow.image import read_exr, read_png, write_exr, write_frame, write_png
 
 METADATA = {
     "scene": '[camera]\nsize_px = [5, 7]  # "größer", 大',
@@ -206,6 +206,33 @@ def test_png_round_trip_with_texts(tmp_path):
         np.testing.assert_array_equal(np.asarray(back), picture())
         assert dict(back.text) == METADATA
     assert os.listdir(tmp_path) == ["frame.png"]
+
+
+def test_png_is_read_back_with_its_texts(tmp_path, rng):
+    picture = rng.integers(0, 256, (5, 7, 3), dtype=np.uint8)
+    texts = {"scene": "a = 1\r\n# ä 虹\n", "command": "rtbow render", "empty": ""}
+    write_png(tmp_path / "a.png", picture, texts)
+    back, said = read_png(tmp_path / "a.png")
+    np.testing.assert_array_equal(back, picture)
+    assert back.dtype == np.uint8
+    assert said == texts
+
+
+@pytest.mark.parametrize("kept", [0, 8, 200, -60])
+def test_a_png_that_is_cut_off_is_no_picture(tmp_path, rng, kept):
+    path = tmp_path / "a.png"
+    write_png(path, rng.integers(0, 256, (20, 30, 3), dtype=np.uint8), {"scene": "text"})
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(InputError, match=r"a\.png: not a picture .*; must be a PNG of 8 bit RGB"):
+        read_png(path)
+
+
+def test_other_pictures_are_refused(tmp_path):
+    Image.new("L", (4, 4)).save(tmp_path / "grey.png")
+    Image.new("RGB", (4, 4)).save(tmp_path / "no.png", format="JPEG")
+    for name in ("grey.png", "no.png", "missing.png"):
+        with pytest.raises(InputError, match="not a picture"):
+            read_png(tmp_path / name)
 
 
 def test_png_says_that_it_is_srgb(tmp_path):

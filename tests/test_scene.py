@@ -22,7 +22,7 @@ from rtbow.scene import (
     density_key,
 )
 from rtbow.scene_file import parse_set, scene_from_text
-from rtbow.scene_schema import ROOT, Node, suggestion, toml_text, walk_fields
+from rtbow.scene_schema import ROOT, Node, node_at, suggestion, toml_text, walk_fields
 
 README = Path(__file__).parent.parent / "scenes" / "README.md"
 
@@ -328,3 +328,23 @@ def test_the_readmes_examples_work():
         changes = dict(parse_set(arg) for arg in re.findall(r"--set (\S+)", command))
         assert changes
         scene_from_text(example, overrides=changes)
+
+
+def test_what_lies_under_a_key():
+    for table, key, _ in walk_fields():
+        assert node_at(f"{table}.{key}") is not None
+    for key, kind in {
+        "light.7.altitude_deg": float,
+        "camera.position_m.2": float,
+        "droplets.box_m.1.0": float,
+        "droplets.grid.0": int,
+        "camera.polarizer_deg": float,
+        "droplets.radius.std_um": float,
+        "compare.right.light.0.altitude_deg": float,
+    }.items():
+        found = node_at(key)
+        assert found is not None
+        assert found.annotation is kind
+    for key in ("", "camera.", "camera.nope", "camera.position_m.3", "camera.position_m.x",
+                "light.altitude_deg", "light.-1.altitude_deg", "camera.fov_deg.0"):  # fmt: skip
+        assert node_at(key) is None, key
