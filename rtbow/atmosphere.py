@@ -101,6 +101,42 @@ def segment_column(height_m: Values, rise: Values, length_m: Values) -> Array:
 
 
 @dataclass(frozen=True)
+class Column:
+    """A range of air columns between light, drops and eye, as tables of colours cover them.
+
+    Attributes:
+        low: least column, of sun and eye path together.
+        high: greatest.
+    """
+
+    low: float
+    high: float
+
+    @property
+    def middle(self) -> float:
+        """The column whose colours are stored."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def reach(self) -> float:
+        """Largest distance from it."""
+        return 0.5 * (self.high - self.low)
+
+    def nodes(self, count: int) -> Array:
+        """Chebyshev points about the middle, ascending, relative to it."""
+        return floats(-np.cos((np.arange(count) + 0.5) * np.pi / count) * self.reach)
+
+    def window(self, step: float) -> Column:
+        """Give a wider range that serves other places, too: its middle is a multiple of a step."""
+        middle = max(round(self.middle / step) * step, 0.5 * step)
+        reach = step * (np.ceil(self.reach / step) + 0.5)
+        return Column(max(middle - reach, 0.0), middle + reach)
+
+
+NO_AIR = Column(0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class ColumnTable:
     """Logarithm of the sun column over height and altitude, as the shader looks it up.
 

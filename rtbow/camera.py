@@ -38,6 +38,12 @@ def camera_basis(camera: Camera) -> Array:
     return np.stack([forward, right * half, up * (half * height / width)])
 
 
+def picture_cone(camera: Camera) -> tuple[Array, float]:
+    """Give the cone that holds the picture, through its corners: axis (3,) and half angle, rad."""
+    axis, right, up = camera_basis(camera)
+    return axis, float(np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up))))
+
+
 def pixel_directions(camera: Camera, rows: slice = slice(None)) -> Array:
     """Give unit directions through the pixel centres, first row on top.
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from rtbow.airy import SCALE_POWER, bows
 from rtbow.arrays import Array, Float32, floats
-from rtbow.atmosphere import rayleigh_depth
+from rtbow.atmosphere import Column, rayleigh_depth
 from rtbow.constants import VISIBLE_NM
 from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
 
@@ -50,42 +50,6 @@ def unfolded(chord: Array) -> Array:
     front = 2.0 * np.arcsin(np.clip(0.5 * at, 0.0, 1.0))
     back = 2.0 * np.arccos(np.clip(_RIGHT_CHORD - 0.5 * at, 0.0, 1.0))
     return floats(np.where(at > _RIGHT_CHORD, back, front))
-
-
-@dataclass(frozen=True)
-class Column:
-    """The air between light, drops and eye, as far as a table covers it.
-
-    Attributes:
-        low: least column, of sun and eye path together.
-        high: greatest.
-    """
-
-    low: float
-    high: float
-
-    @property
-    def middle(self) -> float:
-        """The column whose colours are stored."""
-        return 0.5 * (self.low + self.high)
-
-    @property
-    def reach(self) -> float:
-        """Largest distance from it."""
-        return 0.5 * (self.high - self.low)
-
-    def nodes(self, count: int) -> Array:
-        """Chebyshev points about the middle, ascending, relative to it."""
-        return floats(-np.cos((np.arange(count) + 0.5) * np.pi / count) * self.reach)
-
-    def window(self, step: float) -> Column:
-        """Give a wider range that serves other places, too: its middle is a multiple of a step."""
-        middle = max(round(self.middle / step) * step, 0.5 * step)
-        reach = step * (np.ceil(self.reach / step) + 0.5)
-        return Column(max(middle - reach, 0.0), middle + reach)
-
-
-NO_AIR = Column(0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,9 @@ import math
 import numpy as np
 
 from rtbow.arrays import Array, Float32, Progress, floats, no_progress
+from rtbow.atmosphere import NO_AIR, Column
 from rtbow.colour_table import (
-    NO_AIR,
     ColourTable,
-    Column,
     bow_width,
     chords,
     colour_table,

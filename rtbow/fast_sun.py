@@ -16,7 +16,7 @@ import numpy as np
 
 from rtbow import atmosphere
 from rtbow.arrays import Progress, no_progress
-from rtbow.colour_table import NO_AIR
+from rtbow.atmosphere import NO_AIR
 from rtbow.fast_scene import (
     FastScene,
     bind_rain,

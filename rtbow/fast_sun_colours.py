@@ -8,9 +8,9 @@ import moderngl
 import numpy as np
 
 from rtbow.arrays import Array, Progress
+from rtbow.atmosphere import Column
 from rtbow.colour_table import (
     ColourTable,
-    Column,
     bow_width,
     chords,
     colour_table,

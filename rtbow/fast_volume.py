@@ -9,7 +9,7 @@ import numpy as np
 from rtbow import atmosphere
 from rtbow.airy import RADIUS_POWER
 from rtbow.arrays import Array, floats
-from rtbow.colour_table import Column
+from rtbow.atmosphere import Column
 from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.fast_settings import ROUGH, Kind
 from rtbow.lights import Lamp, Sun

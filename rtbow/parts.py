@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtbow.arrays import Array, Float32, Progress, no_progress
-from rtbow.camera import camera_basis
+from rtbow.camera import picture_cone
 from rtbow.lights import Sun, lamps, suns
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
@@ -98,9 +98,7 @@ def _rain(scene: Scene, optics: Optics, volume: DropletVolume) -> RainExtinction
 
 def cone_range(camera: Camera, sun: Sun) -> tuple[float, float]:
     """Least and greatest scattering angle of a sun in the picture, rad."""
-    axis, right, up = camera_basis(camera)
-    # The picture lies within the cone of its corner.
-    cone = np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up)))
+    axis, cone = picture_cone(camera)
     middle = float(np.arccos(np.clip(sun.direction @ axis, -1.0, 1.0)))
     # A hair more, for float32.
     return max(middle - cone - 1e-4, 0.0), min(middle + cone + 1e-4, np.pi)

@@ -7,7 +7,7 @@ import numpy as np
 from rtbow import constants
 from rtbow.airy import SCALE_POWER
 from rtbow.arrays import Array, Float32
-from rtbow.camera import camera_basis
+from rtbow.camera import picture_cone
 from rtbow.glsl import Define, glsl_literal
 from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics
@@ -88,9 +88,7 @@ def _pole_in_view(camera: Camera, optics: Optics) -> bool:
 
     That is about the antisolar point for the primary, about the sun for the secondary.
     """
-    # The picture lies within the cone of its corner.
-    axis, right, up = camera_basis(camera)
-    cone = np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up)))
+    axis, cone = picture_cone(camera)
     for sun in optics.suns:
         reach = cone + POLE_DISTANCE * sun.disc_rad
         for bow in optics.bows:

@@ -12,12 +12,10 @@ from scipy.integrate import quad
 
 from rtbow import atmosphere
 from rtbow.arrays import Array
-from rtbow.atmosphere import rayleigh_depth
+from rtbow.atmosphere import NO_AIR, Column, rayleigh_depth
 from rtbow.colour_table import (
-    NO_AIR,
     BakedLight,
     ColourTable,
-    Column,
     LightBasis,
     chords,
     colour_table,
