@@ -26,7 +26,8 @@ from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
 MOST_OUTCOMES = 8
 """Spectra that a table is made from: draw buffers that every OpenGL 3.3 has."""
 MOST_DEGREE = 5
-_RIGHT_CHORD = float(np.sqrt(2.0))
+RIGHT_ANGLE_CHORD = float(np.sqrt(2.0))
+"""Of the unit circle, at which chords are folded."""
 _RAIN_DEPTH = 1.0
 """Depth of rain at which its colour is taken."""
 _FINE_NM = 1.0
@@ -41,15 +42,15 @@ def folded_chord(theta: Array) -> Array:
     2 sin(theta/2) up to a right angle, mirrored beyond."""
     half = 0.5 * floats(theta)
     back = theta > 0.5 * np.pi
-    return floats(np.where(back, 2.0 * (_RIGHT_CHORD - np.cos(half)), 2.0 * np.sin(half)))
+    return floats(np.where(back, 2.0 * (RIGHT_ANGLE_CHORD - np.cos(half)), 2.0 * np.sin(half)))
 
 
 def unfolded(chord: Array) -> Array:
     """Give the angles of folded chords."""
     at = floats(chord)
     front = 2.0 * np.arcsin(np.clip(0.5 * at, 0.0, 1.0))
-    back = 2.0 * np.arccos(np.clip(_RIGHT_CHORD - 0.5 * at, 0.0, 1.0))
-    return floats(np.where(at > _RIGHT_CHORD, back, front))
+    back = 2.0 * np.arccos(np.clip(RIGHT_ANGLE_CHORD - 0.5 * at, 0.0, 1.0))
+    return floats(np.where(at > RIGHT_ANGLE_CHORD, back, front))
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,7 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
     folded = np.minimum(floats([low, high]), np.pi - floats([low, high]))
     slope = float(np.cos(0.5 * folded).min())
     if low < 0.5 * np.pi < high:
-        slope = 1.0 / _RIGHT_CHORD
+        slope = 1.0 / RIGHT_ANGLE_CHORD
     count = 2 + int((ends[1] - ends[0]) / (step_rad * slope)) if step_rad > 0.0 else most
     return floats(np.linspace(ends[0], ends[1], min(count, most)))
 

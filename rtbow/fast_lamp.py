@@ -41,6 +41,8 @@ from rtbow.lights import NEAREST_M, Lamp
 from rtbow.section_table import running_integral
 from rtbow.steps import lamp_steps, most_steps
 
+_FEW_STEPS = 1
+"""Steps at every pixel, whose error nodes make good."""
 _MOST_AIR_STEPS = 16
 """Steps through even drops in air, at most."""
 _LEAST_TEXELS = 4.0
@@ -179,7 +181,7 @@ class FastLamp:
             program.set("lampSphere", (*(lamp.position_m - here.parts.eye_m), lamp.radius_m))
             program.set("columnReach", self._column.reach)
             program.set("middleAir", self._column.middle)
-            program.set("fewSteps", here.settings.few_steps if self._block else many)
+            program.set("fewSteps", _FEW_STEPS if self._block else many)
             program.set("manySteps", many)
 
     def _make_nodes(self) -> None:

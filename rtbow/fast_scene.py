@@ -13,7 +13,7 @@ import numpy as np
 from rtbow.airy import RADIUS_POWER
 from rtbow.arrays import Array, floats
 from rtbow.colour_bake import middle_radius
-from rtbow.colour_table import ColourTable
+from rtbow.colour_table import RIGHT_ANGLE_CHORD, ColourTable
 from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
@@ -40,6 +40,8 @@ _WIDEST_BLOCK_DEG = 1.1
 """Angle between nodes, at most: what they gather bends over several degrees."""
 _LEFT_OUT = 2e-5
 """Share of the light at each end of the radii whose drops count at the last row's radius."""
+DARK = 1e4
+"""Column behind which no light is left at all: the shader's, where the Earth is in the way."""
 _LEAST_STEPS = 12
 """Steps along any ray through a grid: on short ones a few cells' errors do not average out."""
 
@@ -147,6 +149,8 @@ def scene_defines(here: FastScene, table: ColourTable) -> dict[str, Define]:
     return {
         **common_defines(here.scene, here.parts),
         "RADIUS_POWER": RADIUS_POWER,
+        "RIGHT_ANGLE_CHORD": RIGHT_ANGLE_CHORD,
+        "DARK": DARK,
         "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else (1 if even else _LEAST_STEPS),
         "SEVERAL_RADII": table.rows > 1,
         "ATTENUATION": False,

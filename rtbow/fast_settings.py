@@ -41,7 +41,6 @@ class FastSettings:
         lamp_block: pixels between nodes under a lamp.
         lamp_bend: share of the light by which a straight line between these may miss.
         lamp_scale: factor of the steps in angle along a ray that a lamp lights.
-        few_steps: steps at every pixel under a lamp.
     """
 
     share: float
@@ -58,7 +57,6 @@ class FastSettings:
     lamp_block: int
     lamp_bend: float
     lamp_scale: float
-    few_steps: int
 
 
 def settings_for(delta_e: float, kind: Kind) -> FastSettings:
@@ -93,7 +91,6 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         lamp_block=0 if kind == "rough" else 4,
         lamp_bend=4e-3 * min(share, 4.0),
         lamp_scale=(1.5 if kind == "rough" else 1.0) * min(max(finer, 0.5), 2.5),
-        few_steps=1,
     )
 
 

@@ -5,8 +5,6 @@
 // angle for one light behind the scene's middle air column, and how it falls off with more column
 // and rain. Blocks of rows: one or two components, then the fall-offs; rows of radius in each.
 
-const Number RIGHT_ANGLE_CHORD = 1.41421356237;
-
 // Folded chord of the angle between unit vectors: 2 sin(theta / 2) up to a right angle and as far
 // below 2 sqrt(2) beyond it. As good as the angle for a table, with its digits kept at both poles,
 // and a root is all it costs.

@@ -8,8 +8,6 @@
 
 // The scene as the mains of method `fast` see it: uniforms that they share, and drops at a place.
 
-const Column DARK = 1.0e4;          // behind so much air no light is left
-
 // Camera
 uniform vec2 frameSize;
 uniform mat3 cameraBasis;

@@ -465,7 +465,7 @@ def test_greatest_depth_is_there_and_back():
 
 FINER_IS_MORE = {
     "samples_per_cell", "samples_per_log_radius", "texels_per_disc", "texels_per_fringe",
-    "rows_per_fold", "lamp_scale", "few_steps",
+    "rows_per_fold", "lamp_scale",
 }  # fmt: skip
 FINER_IS_LESS = {"block", "bend", "wavelength_step_nm", "row_step", "colour", "lamp_block",
                  "lamp_bend", "share"}  # fmt: skip

@@ -14,10 +14,12 @@ from test_glsl_functions import rounded, unit_vectors
 from rtbow import atmosphere, constants
 from rtbow.airy import RADIUS_POWER
 from rtbow.camera import box_span
-from rtbow.colour_table import folded_chord
+from rtbow.colour_table import RIGHT_ANGLE_CHORD, folded_chord
+from rtbow.fast_scene import DARK
 from rtbow.glsl import Define
 
 TABLE: Mapping[str, Define] = {
+    "RIGHT_ANGLE_CHORD": RIGHT_ANGLE_CHORD,
     "SEVERAL_RADII": False,
     "POLARIZER": False,
     "COLUMN_DEGREE": 0,
@@ -241,6 +243,7 @@ PATH: Mapping[str, Define] = {
     "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
     "RADIUS_POWER": RADIUS_POWER,
     "NO_PLANE": constants.NO_PLANE,
+    "DARK": DARK,
     "MAX_STEPS": 1000,
     "LEAST_STEPS": 1,
     "GRID": False,
