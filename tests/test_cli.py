@@ -724,7 +724,7 @@ def test_ctrl_c_while_writing(call, tmp_path, monkeypatch, suffix, step):
 # --- The machine -------------------------------------------------------------------------------
 
 NO_GL = {
-    "code": 'import rtbow.context; rtbow.context._OSMESA_LIBRARIES = ("libOSMesa-none.so",)',
+    "code": 'import rtbow.gl_osmesa; rtbow.gl_osmesa._OSMESA_LIBRARIES = ("libOSMesa-none.so",)',
     "env": {
         "__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent",
         "DISPLAY": "",

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import rtbow.context
+import rtbow.gl_egl
 from rtbow.context import BACKENDS, GlContext, open_context, probe_backends
 from rtbow.errors import InputError, RtbowError, UnavailableError
 
@@ -333,7 +334,7 @@ def test_egl_device_by_index(monkeypatch):
 
 
 def test_a_later_egl_device_is_taken_where_the_first_fails(monkeypatch):
-    create = rtbow.context._create_egl
+    create = rtbow.gl_egl._create_egl
 
     def second_only(index):
         if index == 0:
@@ -341,7 +342,7 @@ def test_a_later_egl_device_is_taken_where_the_first_fails(monkeypatch):
         return create(index - 1)
 
     monkeypatch.delenv("RTBOW_EGL_DEVICE", raising=False)
-    monkeypatch.setattr(rtbow.context, "_create_egl", second_only)
+    monkeypatch.setattr(rtbow.gl_egl, "_create_egl", second_only)
     with open_context("egl") as gl:
         interleave([gl])
 
@@ -352,7 +353,7 @@ def test_every_egl_device_that_fails_is_listed(monkeypatch):
         raise RuntimeError("eglInitialize failed (0x3001)" if index < 2 else found)
 
     monkeypatch.delenv("RTBOW_EGL_DEVICE", raising=False)
-    monkeypatch.setattr(rtbow.context, "_create_egl", fail)
+    monkeypatch.setattr(rtbow.gl_egl, "_create_egl", fail)
     with pytest.raises(UnavailableError) as caught:
         open_context("egl")
     message = str(caught.value)
@@ -368,7 +369,7 @@ def test_auto_takes_the_first_that_opens(monkeypatch):
     def fail(index):
         raise RuntimeError("libEGL.so.1 not loaded")
 
-    monkeypatch.setattr(rtbow.context, "_create_egl", fail)
+    monkeypatch.setattr(rtbow.gl_egl, "_create_egl", fail)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with open_context() as gl:
@@ -379,8 +380,8 @@ def test_auto_takes_the_first_that_opens(monkeypatch):
 def test_reasons_and_help_where_nothing_works(backend):
     output = run_python(
         f"""
-        import rtbow.context
-        rtbow.context._OSMESA_LIBRARIES = ("libOSMesa-that-is-not-there.so",)
+        import rtbow.gl_osmesa
+        rtbow.gl_osmesa._OSMESA_LIBRARIES = ("libOSMesa-that-is-not-there.so",)
         try:
             open_context({backend!r})
         except UnavailableError as error:

@@ -1,0 +1,95 @@
+"""What every way to an OpenGL context has in common: how it is handed to moderngl, and fails."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from rtbow.errors import UnavailableError
+
+# moderngl is imported where it is used: a verb without pictures must not wait.
+if TYPE_CHECKING:
+    import moderngl
+
+GL_VERSION_CODE = 330
+
+
+class BackendError(UnavailableError):
+    """Why a backend gives no context; ``help`` names the package or variable that would."""
+
+    def __init__(self, reason: str, help_text: str) -> None:
+        super().__init__(reason)
+        self.help = help_text
+
+
+class Driver(Protocol):
+    """How a context becomes current; on a closed one, attach and detach do nothing."""
+
+    closed: bool
+
+    def attach(self) -> None:
+        """Make the context current on this thread."""
+
+    def detach(self) -> None:
+        """Make none current."""
+
+    def destroy(self) -> None:
+        """Release the context; a second call does nothing."""
+
+
+class HasSymbols(Driver, Protocol):
+    """A driver whose GL functions are looked up by name."""
+
+    def symbol(self, name: str) -> int:
+        """Give a function's address, 0 if there is none of that name."""
+
+
+def create(
+    driver: Driver, symbols: SymbolLoader, failure_help: str
+) -> tuple[Driver, moderngl.Context]:
+    """Hand a context that can be attached to moderngl."""
+    try:
+        driver.attach()
+        return driver, create_moderngl(context=symbols)
+    except Exception as error:
+        driver.detach()
+        driver.destroy()
+        if isinstance(error, BackendError):
+            raise
+        raise BackendError(str(error), failure_help) from error
+
+
+def create_moderngl(**settings: Any) -> moderngl.Context:
+    """Make moderngl's context of the one that is current, or of its own by ``settings``."""
+    import moderngl
+
+    # moderngl hands its newest context to code that asks for "the" context; ours are not for that.
+    store = getattr(moderngl, "_store", None)
+    default = getattr(store, "default_context", None)
+    try:
+        return moderngl.create_context(require=GL_VERSION_CODE, **settings)
+    finally:
+        if store is not None:
+            store.default_context = default
+
+
+class SymbolLoader:
+    """What moderngl wants of a context that it did not make itself."""
+
+    def __init__(self, driver: HasSymbols) -> None:
+        self._driver = driver
+
+    def load_opengl_function(self, name: str) -> int:
+        """Give a function's address, 0 if there is none of that name."""
+        return self._driver.symbol(name)
+
+    load = load_opengl_function
+
+    def __enter__(self) -> None:
+        self._driver.attach()
+
+    def __exit__(self, *exc_info: object) -> None:
+        self._driver.detach()
+
+    def release(self) -> None:
+        """Release the context."""
+        self._driver.destroy()
