@@ -34,9 +34,13 @@ def angle_from(camera: Camera, axis: Array) -> Array:
         camera: the camera.
         axis: unit vector (3,); the antisolar point is minus the direction to the sun.
     """
-    rays = pixel_directions(camera)
-    chord = np.linalg.norm(rays - axis, axis=-1)
-    return floats(2.0 * np.arctan2(chord, np.linalg.norm(rays + axis, axis=-1)))
+    return angle_between(pixel_directions(camera), axis)
+
+
+def angle_between(directions: Array, axis: Array) -> Array:
+    """Give the angle (...) between unit vectors (..., 3), rad; exact near 0 and pi, too."""
+    chord = np.linalg.norm(directions - axis, axis=-1)
+    return floats(2.0 * np.arctan2(chord, np.linalg.norm(directions + axis, axis=-1)))
 
 
 @dataclass(frozen=True)

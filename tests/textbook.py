@@ -107,3 +107,18 @@ def towards(azimuth_deg, altitude_deg):
     azimuth, altitude = np.radians(azimuth_deg), np.radians(altitude_deg)
     flat = np.cos(altitude)
     return np.array([flat * np.sin(azimuth), flat * np.cos(azimuth), np.sin(altitude)])
+
+
+def pinhole(camera, vector, view):
+    """Where vectors (..., 3) are seen in a view of some width and height; NaN behind the camera."""
+    # Turned back by the azimuth about the vertical, then by the altitude about the picture's right.
+    a, h = np.radians(camera.azimuth_deg), np.radians(camera.altitude_deg)
+    east, north, up = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
+    right = east * np.cos(a) - north * np.sin(a)
+    flat = east * np.sin(a) + north * np.cos(a)
+    ahead, above = flat * np.cos(h) + up * np.sin(h), up * np.cos(h) - flat * np.sin(h)
+    ahead = np.where(ahead > 0.0, ahead, np.nan)
+    width, height = camera.size_px
+    focal = 0.5 * width / np.tan(np.radians(camera.fov_deg) / 2.0)
+    x, y = 0.5 * width + focal * right / ahead, 0.5 * height - focal * above / ahead
+    return np.stack([x * view[0] / width, y * view[1] / height], axis=-1)
