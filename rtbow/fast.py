@@ -25,7 +25,8 @@ class FastPass:
         progress: wraps the loop over parts of an exact table that has to be built first.
 
     Raises:
-        InputError: a spectrum or volume is not usable, or beyond what this GL device takes.
+        InputError: a spectrum or volume is not usable.
+        UnavailableError: the picture or volume is beyond what this GL device takes.
         UnsuitedError: the method cannot draw this scene within that error.
     """
 

@@ -10,7 +10,7 @@ import numpy as np
 from rtbow import atmosphere
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.context import GlContext
-from rtbow.errors import InputError
+from rtbow.errors import InputError, UnavailableError
 from rtbow.gl_program import FrameTarget, GlProgram, added_up, check_sizes, texture_bytes
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
@@ -42,7 +42,8 @@ class SpectralPass:
         scene: the scene.
 
     Raises:
-        InputError: a spectrum or volume is not usable, or beyond what this GL device takes.
+        InputError: a spectrum or volume is not usable, or beyond what a shader's loops hold.
+        UnavailableError: the scene is beyond what this GL device takes.
     """
 
     method: Literal["spectral"] = "spectral"
@@ -68,10 +69,10 @@ class SpectralPass:
             )
         limit = self._gl.limits.texture_2d
         if len(optics.wavelength_nm) > limit:
-            raise InputError(
+            raise UnavailableError(
                 f"render.wavelength_step_nm = {self._scene.render.wavelength_step_nm:g}; gives"
-                f" {len(optics.wavelength_nm)} wavelengths, this GL device takes up to"
-                f" {limit}; use a larger step"
+                f" {len(optics.wavelength_nm)} wavelengths, this GL device ({self._gl.renderer})"
+                f" takes up to {limit}; use a larger step, or render with --method reference"
             )
 
     @staticmethod
@@ -146,10 +147,11 @@ class SpectralPass:
         layers, rows, columns, _ = table.values.shape
         limits = self._gl.limits
         if columns > limits.texture_2d or rows > limits.texture_2d or layers > limits.layers:
-            raise InputError(
+            raise UnavailableError(
                 f"cross-sections of {layers} wavelengths, {rows} radii and {columns} angles; this"
                 f" GL device ({self._gl.renderer}) takes up to {limits.layers} layers of"
-                f" {limits.texture_2d} texels a side; use a larger render.wavelength_step_nm"
+                f" {limits.texture_2d} texels a side; use a larger render.wavelength_step_nm, or"
+                " render with --method reference"
             )
         self._program.layers(f"{name}Table", table.values)
         angles, radii = table.angles, table.radii
@@ -167,10 +169,10 @@ class SpectralPass:
         stacked = np.concatenate(blocks)[..., None]
         if len(stacked) > self._gl.limits.texture_3d:
             most = self._gl.limits.texture_3d // len(blocks[0])
-            raise InputError(
+            raise UnavailableError(
                 f"light: {len(lights)} lights through rain that attenuates; this GL device"
-                f" ({self._gl.renderer}) takes up to {most}; use fewer, or droplets.extinction ="
-                " false"
+                f" ({self._gl.renderer}) takes up to {most}; use fewer, droplets.extinction ="
+                " false, or --method reference"
             )
         self._program.volume("rainToLights", stacked)
 
