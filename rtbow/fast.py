@@ -33,6 +33,7 @@ class FastPass:
     method: Literal["fast"] = "fast"
 
     def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
+        gl.ctx.gc()  # what is left of a pass before
         parts = scene_parts(scene, tables=False)
         check_sizes(gl, scene.camera.size_px, parts.volume.shape)
         settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
@@ -63,6 +64,7 @@ class FastPass:
                 one.move(self._here)  # those before the one that could not be drawn there
             raise
         self._here, self._lights, self._roaming = here, lights, True
+        here.gl.ctx.gc()  # programs and textures that have been replaced
         return True
 
     def _moved_lights(self, here: FastScene) -> list[FastSun | FastLamp]:

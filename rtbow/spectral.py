@@ -49,6 +49,7 @@ class SpectralPass:
     method: Literal["spectral"] = "spectral"
 
     def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
+        gl.ctx.gc()  # what is left of a pass before
         self._gl = gl
         self._scene = scene
         parts = scene_parts(scene, progress)

@@ -21,6 +21,7 @@ from rtbow.fast_scene import FastScene
 from rtbow.optics import scene_optics
 from rtbow.parts import moved_parts, scene_parts
 from rtbow.scene import Scene
+from rtbow.spectral import SpectralPass
 
 SUN = {"type": "sun", "altitude_deg": 20.0, "azimuth_deg": 180.0, "spectrum": "FL2"}
 LAMP = {"type": "point", "position_m": [0.0, -2.0, 4.0], "luminous_flux_lm": 1e6}
@@ -184,3 +185,24 @@ def test_lights_go_back_where_one_cannot_be_drawn(context, monkeypatch):
         monkeypatch.undo()
         assert fast.move(there)
         assert np.abs(fast.render() - before).max() > 0.0
+
+
+# --- Memory ------------------------------------------------------------------------------------
+
+
+def test_moves_leave_nothing_on_the_device(context):
+    scene = make(SUN, LAMP)
+    with context.current() as ctx:
+        fast = FastPass(context, scene)
+        for _ in range(2):
+            for altitude in (20.0, 10.0, 5.0, 3.0, 2.0, 1.5, 1.0, 0.5, -0.05):
+                assert fast.move(lit(scene, {"altitude_deg": altitude}, {}))
+                assert not ctx.objects, "objects that wait for ctx.gc()"
+        made = fast.texture_bytes
+        assert fast.move(lit(scene, {"altitude_deg": 20.0}, {}))
+        assert fast.texture_bytes < 1.5 * made
+        waiting = []
+        for method in (FastPass, SpectralPass, FastPass, SpectralPass, FastPass):
+            method(context, scene)
+            waiting.append(len(ctx.objects))
+        assert waiting[-1] == waiting[-3], "the last one's alone"
