@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow import __version__
+from rtbow.animate_cli import animate
 from rtbow.bench_cli import bench
 from rtbow.chart_cli import chart
 from rtbow.cli_options import (
@@ -211,6 +212,7 @@ def info() -> None:
     click.echo(f"cache: {cache_dir()}, {cache_size() / 2**20:.1f} MiB")
 
 
+rtbow.add_command(animate)
 rtbow.add_command(bench)
 rtbow.add_command(chart)
 

@@ -233,6 +233,17 @@ def read_png(path: PathLike) -> tuple[NDArray[np.uint8], dict[str, str]]:
         ) from error
 
 
+def png_texts(path: PathLike) -> dict[str, str]:
+    """Return the texts before the pixels of a PNG file; none of a file that is no such one."""
+    from PIL.PngImagePlugin import PngImageFile
+
+    try:
+        with PngImageFile(path) as image:
+            return {str(name): text for name, text in image.info.items() if isinstance(text, str)}
+    except (OSError, ValueError, SyntaxError):
+        return {}
+
+
 def _require_shape(frame: NDArray[Any]) -> None:
     if frame.ndim != 3 or frame.shape[2] != 3 or frame.size == 0:
         raise RtbowError(f"frame: shape is {frame.shape}; must be (height, width, 3)")

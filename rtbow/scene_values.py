@@ -104,6 +104,18 @@ def resolve_paths(values: dict[str, Any], folder: Path) -> None:
     _with_paths(values, lambda path: os.path.abspath(folder / path))
 
 
+def scene_files(scene: Scene) -> tuple[str, ...]:
+    """Give the paths of the files that a scene names: its volume and spectra, on both sides."""
+    found: list[str] = []
+
+    def note(path: str) -> str:
+        found.append(path)
+        return path
+
+    _with_paths(values_of(scene), note)
+    return tuple(found)
+
+
 def _with_paths(values: dict[str, Any], change: Callable[[str], str]) -> None:
     """Change the paths of files among a scene's values, in place."""
     _paths_in(values, change, "")

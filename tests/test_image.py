@@ -14,7 +14,7 @@ from PIL import Image
 from rtbow import image
 from rtbow.display import auto_exposure_ev, display
 from rtbow.errors import InputError, RtbowError
-from rtbow.image import read_exr, read_png, write_exr, write_frame, write_png
+from rtbow.image import png_texts, read_exr, read_png, write_exr, write_frame, write_png
 
 METADATA = {
     "scene": '[camera]\nsize_px = [5, 7]  # "größer", 大',
@@ -216,6 +216,8 @@ def test_png_is_read_back_with_its_texts(tmp_path, rng):
     np.testing.assert_array_equal(back, picture)
     assert back.dtype == np.uint8
     assert said == texts
+    assert png_texts(tmp_path / "a.png").items() >= texts.items()
+    assert png_texts(tmp_path / "missing.png") == {}
 
 
 @pytest.mark.parametrize("kept", [0, 8, 200, -60])

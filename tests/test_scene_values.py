@@ -10,7 +10,7 @@ from rtbow.random_scenes import random_scene
 from rtbow.scene import Scene
 from rtbow.scene_file import builtin_scenes, load_scene, parse_set, scene_from_text
 from rtbow.scene_schema import toml_text
-from rtbow.scene_values import changed_scene, differences, scene_text, values_of
+from rtbow.scene_values import changed_scene, differences, scene_files, scene_text, values_of
 
 NAMES = sorted(builtin_scenes())
 
@@ -80,3 +80,17 @@ def test_refused_changes_name_the_key():
 
 def test_values_have_no_tuples():
     assert isinstance(values_of(load_scene())["light"], list)
+
+
+def test_files_that_a_scene_names(tmp_path: Path):
+    assert scene_files(load_scene("uniform")) == ()
+    volume, lamp, other = (str(tmp_path / name) for name in ("a.npz", "b.csv", "c.csv"))
+    split = load_scene(
+        "uniform",
+        {
+            "droplets.file": volume,
+            "light.0.spectrum": lamp,
+            "compare.right": {"light.0.spectrum": other},
+        },
+    )
+    assert sorted(scene_files(split)) == [volume, lamp, other]

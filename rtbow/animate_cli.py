@@ -1,0 +1,183 @@
+"""The verb ``rtbow animate``: frames and films of a scene whose keys move."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from dataclasses import dataclass
+from datetime import date
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rtbow.cli_options import (
+    WholeNumber,
+    backend_option,
+    exposure_option,
+    max_delta_e_option,
+    method_option,
+    progress_bar,
+    quiet_option,
+    set_option,
+    size_option,
+    typed_overrides,
+)
+from rtbow.errors import InputError
+
+if TYPE_CHECKING:
+    from rtbow.animate import Report
+    from rtbow.arrays import Progress
+    from rtbow.renderer import Method
+    from rtbow.sun_position import SunPosition
+
+    _SunPathType = click.ParamType["_Day"]
+else:  # generic since click 8.4 alone
+    _SunPathType = click.ParamType
+
+
+@dataclass(frozen=True)
+class _Day:
+    """A place and a date, as typed."""
+
+    text: str
+    latitude_deg: float
+    longitude_deg: float
+    day: date
+
+    def positions(self, count: int) -> tuple[SunPosition, ...]:
+        from rtbow.sun_position import sun_path
+
+        try:
+            return sun_path(self.latitude_deg, self.longitude_deg, self.day, count)
+        except InputError as error:
+            raise InputError(f"--sun-path {self.text}: {error}") from None
+
+
+class _SunPath(_SunPathType):
+    name = "LAT,LON,DATE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> _Day:
+        """Parse ``48.1,11.6,2024-12-21``."""
+        try:
+            latitude, longitude, day = str(value).split(",")
+            return _Day(value, float(latitude), float(longitude), date.fromisoformat(day.strip()))
+        except ValueError:
+            self.fail(
+                f"{value!r} is not a place and a date; write latitude, longitude (degrees, north"
+                " and east positive) and date, such as 48.1,11.6,2024-12-21",
+                param,
+            )
+
+
+@click.command()
+@click.argument("scene", required=False)
+@click.option(
+    "--key",
+    "keys",
+    multiple=True,
+    metavar="KEY.PATH=FROM:TO",
+    help="Move a number of the scene evenly, such as light.0.altitude_deg=2:40. May be repeated.",
+)
+@click.option(
+    "--sun-path",
+    type=_SunPath(),
+    metavar="LAT,LON,DATE",
+    help="Move light 0, a sun, from sunrise to sunset of a date and place (degrees, north and east"
+    " positive), such as 48.1,11.6,2024-12-21.",
+)
+@click.option(
+    "--frames",
+    "count",
+    type=WholeNumber(1, 100_000),
+    required=True,
+    metavar="N",
+    help="How many frames.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    multiple=True,
+    required=True,
+    metavar="OUT",
+    help="Frames, such as out/frame_%04d.exr (linear radiance) or .png, numbered from 0; or a film:"
+    " .mp4. May be repeated.",
+)
+@click.option("--fps", type=float, metavar="FPS", help="Pictures a second of a film; left out: 30.")
+@size_option("Width and height in pixels, such as 640x360.")
+@backend_option
+@method_option
+@max_delta_e_option(
+    "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels: 0.25 to 20;"
+    " left out: the scene's, 0.5 by default."
+)
+@set_option("droplets.extinction=true")
+@exposure_option(
+    "Exposure of .png and .mp4: auto, one for all frames by the brightest of the first, middle and"
+    " last; or an EV at ISO 100."
+)
+@quiet_option
+def animate(
+    scene: str | None,
+    keys: tuple[str, ...],
+    sun_path: _Day | None,
+    count: int,
+    outputs: tuple[str, ...],
+    fps: float | None,
+    size: tuple[int, int] | None,
+    backend: Any,
+    method: Method,
+    max_delta_e: float | None,
+    settings: tuple[str, ...],
+    exposure: float | None,
+    quiet: bool,
+) -> None:
+    """Render a sequence of frames, or a film, while keys of the scene move.
+
+    Frames that are there already and were made from the same are kept: an interrupted run goes on
+    where it was. A film alone begins anew; with frames beside it, it is made of those.
+
+    Example: rtbow animate --key light.0.altitude_deg=0:40 --frames 120 -o rise_%04d.png -o rise.mp4
+    """  # fmt: skip
+    if not keys and sun_path is None:
+        raise InputError(
+            "nothing moves; add --key, such as --key light.0.altitude_deg=2:40, or --sun-path"
+        )
+    overrides = typed_overrides(settings, size, max_delta_e, method)
+    from rtbow import animate as sequence
+    from rtbow.animation import parse_move, plan_animation
+    from rtbow.film import DEFAULT_FPS, check_fps
+
+    moves = [parse_move(text) for text in keys]
+    wanted = sequence.parse_outputs(outputs)
+    if fps is not None:
+        check_fps(fps)
+        if not wanted.films:
+            raise InputError(f"--fps {fps:g} goes with a film; add one, such as -o film.mp4")
+    positions = () if sun_path is None else sun_path.positions(count)
+    report = sequence.animate(
+        plan_animation(scene, overrides, count, moves, positions),
+        wanted,
+        method=method,
+        backend=backend,
+        exposure_ev=exposure,
+        fps=DEFAULT_FPS if fps is None else fps,
+        command=shlex.join(["rtbow", *sys.argv[1:]]),
+        show=lambda label, unit: _bar(label, unit, quiet),
+    )
+    if not quiet:
+        for output in dict.fromkeys(outputs):
+            click.echo(output)
+        click.echo(_said(report, method), err=True)  # beside the names, which scripts read
+
+
+def _bar(label: str, unit: str, quiet: bool) -> Progress:
+    return progress_bar(label, quiet, unit)
+
+
+def _said(report: Report, method: Method) -> str:
+    """Tell what was drawn and what was there."""
+    drawn = f"{report.drawn} frame{'' if report.drawn == 1 else 's'} drawn"
+    if method == "auto" and report.methods:
+        drawn += f" by method {', '.join(report.methods)}"
+    return drawn + (f", {report.kept} kept" if report.kept else "")

@@ -1,0 +1,217 @@
+"""What an animation is: one scene, and some of its keys on their way through a number of frames."""
+
+from __future__ import annotations
+
+import math
+import re
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rtbow.errors import InputError
+from rtbow.scene import Scene, SunLight
+from rtbow.scene_file import load_scene, typed_override, with_overrides_noted
+from rtbow.scene_schema import node_at
+from rtbow.scene_values import changed_scene
+
+if TYPE_CHECKING:
+    from rtbow.sun_position import SunPosition
+
+SUN_KEYS = ("light.0.altitude_deg", "light.0.azimuth_deg")
+"""What a sun's path moves."""
+_PLACES = re.compile(
+    r"(camera|light\.[0-9]+)\.(position_m(\.[0-2])?|azimuth_deg|altitude_deg)|camera\.fov_deg"
+)
+"""Keys that say where camera and lights are: method ``fast`` keeps its tables when they change."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """A numeric key of the scene on its way from one value to another, in even steps.
+
+    Attributes:
+        key: as typed after ``--set``.
+        start: its value in the first frame.
+        end: its value in the last one. Between whole numbers it takes whole numbers.
+    """
+
+    key: str
+    start: float | int
+    end: float | int
+
+    def at(self, number: int, count: int) -> float | int:
+        """Give the value in a frame, counted from 0."""
+        if number == 0 or count == 1:
+            return self.start
+        if number == count - 1:  # without the rounding of a sum
+            return self.end
+        if isinstance(self.start, int) and isinstance(self.end, int):
+            # To the nearest one, by whole numbers alone: a seed may have more digits than a float.
+            steps = count - 1
+            return self.start + (2 * (self.end - self.start) * number + steps) // (2 * steps)
+        return self.start + (self.end - self.start) * number / (count - 1)
+
+
+def parse_move(text: str) -> Move:
+    """Read ``key.path=from:to``.
+
+    Raises:
+        InputError: no such text, a key that is no number, or ends that are none.
+    """
+    key, _, ends = (part.strip() for part in text.partition("="))
+    start, _, end = (part.strip() for part in ends.partition(":"))
+    if not (key and start and end):
+        raise InputError(f"--key {text}: write key.path=from:to, such as light.0.altitude_deg=2:40")
+    node = node_at(key)
+    if f"{key}.".startswith("camera.size_px."):
+        raise InputError(f"--key {key}: all frames have one size; give it with --size")
+    if node is not None and node.items:
+        raise InputError(
+            f"--key {key}: only numbers move; name an item of this list, such as {key}.0=0:10"
+        )
+    if node is not None and node.annotation not in (float, int):
+        raise InputError(
+            f"--key {key}: only numbers move, and this must be {node.expects()}; use --set"
+        )
+    # An unknown key is left for the scene, which knows the nearest one.
+    whole = node is not None and node.annotation is int
+    return Move(key, _end(key, start, whole), _end(key, end, whole))
+
+
+def _end(key: str, text: str, whole: bool) -> float | int:
+    try:
+        value = int(text) if whole else float(text)
+    except ValueError:
+        kind = "a whole number" if whole else "a number"
+        raise InputError(
+            f"--key {key}: {text} is not {kind}; write from:to, such as 2:40"
+        ) from None
+    if not math.isfinite(value):
+        raise InputError(f"--key {key}: {text}; both ends must be finite numbers")
+    return value
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A scene, and how its keys move over a number of frames; made by :func:`plan_animation`.
+
+    Attributes:
+        name: the scene as it was typed; None is the default scene.
+        overrides: with which it was loaded, by dotted key.
+        scene: as it was loaded.
+        count: of frames.
+        moves: keys on their way, each once.
+        sun: where light 0 stands in each frame; empty where it follows no path of the sun.
+    """
+
+    name: str | None
+    overrides: Mapping[str, object]
+    scene: Scene
+    count: int
+    moves: tuple[Move, ...] = ()
+    sun: tuple[SunPosition, ...] = ()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """All keys that move."""
+        return tuple(one.key for one in self.moves) + (SUN_KEYS if self.sun else ())
+
+    @property
+    def only_places(self) -> bool:
+        """Whether nothing moves but camera and lights."""
+        return all(_PLACES.fullmatch(key) for key in self.keys)
+
+    def changes(self, number: int) -> dict[str, float | int]:
+        """Give what a frame, counted from 0, has in place of the scene's own values."""
+        found: dict[str, float | int] = {one.key: one.at(number, self.count) for one in self.moves}
+        if self.sun:
+            sun = self.sun[number]
+            # To a millionth of a degree: it is not known better, and reads better.
+            angles = (round(sun.altitude_deg, 6), round(sun.azimuth_deg, 6))
+            found |= dict(zip(SUN_KEYS, angles, strict=True))
+        return found
+
+    def at(self, number: int) -> Scene:
+        """Give the scene of a frame, counted from 0, with the text that ``render`` would store.
+
+        Raises:
+            InputError: a value that is not allowed.
+        """
+        return self.changed(self.changes(number))
+
+    def changed(self, values: Mapping[str, float | int]) -> Scene:
+        """Give the scene with some values of moving keys.
+
+        Raises:
+            InputError: keys or values that are not allowed.
+        """
+        try:
+            made = changed_scene(self.scene, values)
+        except InputError as error:
+            # The scene was loaded without an error, so that this one is of a moving key.
+            raise InputError(re.sub(r"(?m)^--set\b", "--key", str(error))) from None
+        text = with_overrides_noted(self.scene.source_text, values)
+        return made.with_source(text, self.scene.source_name)
+
+    def render_command(self, number: int, method: str, output: str, ev: float | None) -> str:
+        """Give the command that renders a frame again."""
+        words = ["rtbow", "render", *([] if self.name is None else [self.name])]
+        words += ["--method", method]
+        for one in {**self.overrides, **self.changes(number)}.items():
+            words += ["--set", typed_override(*one)]
+        if ev is not None:
+            words.append(f"--exposure={ev!r}")
+        return shlex.join([*words, "-o", output])
+
+
+def plan_animation(
+    name: str | None,
+    overrides: Mapping[str, object],
+    count: int,
+    moves: Sequence[Move] = (),
+    sun: Sequence[SunPosition] = (),
+) -> Animation:
+    """Load a scene and check all frames of its animation.
+
+    Args:
+        name: as for :func:`rtbow.load_scene`.
+        overrides: the same.
+        count: of frames, 1 or more.
+        moves: keys on their way.
+        sun: where light 0, a sun, stands in each frame; left out: where the scene has it.
+
+    Raises:
+        InputError: keys or values that are not allowed, in any frame.
+    """
+    planned = Animation(
+        name, overrides, load_scene(name, overrides), count, tuple(moves), tuple(sun)
+    )
+    _check_keys(planned)
+    for end in ("start", "end"):  # before a value between them
+        planned.changed({one.key: getattr(one, end) for one in moves})
+    for number in range(count):
+        try:
+            planned.at(number)
+        except InputError as error:
+            raise InputError(f"frame {number}: {error}") from None
+    return planned
+
+
+def _check_keys(planned: Animation) -> None:
+    keys = [one.key for one in planned.moves]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"--key {key}: is given twice; give it once")
+        if key in planned.overrides:
+            raise InputError(f"--key {key}: has one value by --set, too; give one of the two")
+    if not planned.sun:
+        return
+    for key in SUN_KEYS:
+        if key in keys or key in planned.overrides:
+            raise InputError(f"--sun-path moves {key}, which is given, too; leave one of them out")
+    if not isinstance(planned.scene.light[0], SunLight):
+        raise InputError(
+            f"--sun-path moves light 0, which is a lamp in {planned.scene.source_name}; choose a"
+            " scene whose first light is a sun, or add --set light.0.type=sun"
+        )

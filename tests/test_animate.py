@@ -1,0 +1,633 @@
+"""Sequences: what moves, what is kept, one exposure, and tables that are not built twice."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+import rtbow.animate
+import rtbow.cli
+import rtbow.fast
+import rtbow.image
+import rtbow.renderer
+from rtbow.animate import Pattern, sequence_exposure_ev
+from rtbow.animation import Move, parse_move, plan_animation
+from rtbow.display import BLACK_FRAME_EV, auto_exposure_ev, display
+from rtbow.errors import InputError
+from rtbow.image import png_texts, read_exr, read_png
+from rtbow.scene_file import load_scene
+from rtbow.sun_position import sun_path
+
+ROOT = Path(__file__).parent.parent
+SMALL = ("--size", "32x18")
+RISE = ("--key", "light.0.altitude_deg=2:40")
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a run ended."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def call(monkeypatch, capsys, tmp_path):
+    """Run the command line in this process and in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*args: str) -> Result:
+        monkeypatch.setattr(sys, "argv", ["rtbow", *args])
+        with pytest.raises(SystemExit) as stop:
+            rtbow.cli.main()
+        out, err = capsys.readouterr()
+        return Result(stop.value.code, out, err)
+
+    return run
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Altitudes of the light in the frames that were rendered, in order."""
+    altitudes: list[float] = []
+    true_render = rtbow.renderer.Renderer.render
+
+    def render(self, *args, **more):
+        altitudes.append(self.scene.light[0].altitude_deg)
+        return true_render(self, *args, **more)
+
+    monkeypatch.setattr(rtbow.renderer.Renderer, "render", render)
+    return altitudes
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def film_pictures(path: Path) -> list[np.ndarray]:
+    with av.open(str(path)) as container:
+        return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+
+
+# --- What moves --------------------------------------------------------------------------------
+
+
+class TestMove:
+    def test_even_steps_with_exact_ends(self):
+        move = Move("camera.azimuth_deg", 0.1, 0.7)
+        values = [move.at(k, 7) for k in range(7)]
+        assert values == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
+        assert (values[0], values[-1]) == (0.1, 0.7)
+
+    def test_downwards(self):
+        assert [Move("k", 10.0, -10.0).at(k, 5) for k in range(5)] == [10.0, 5.0, 0.0, -5.0, -10.0]
+
+    def test_one_frame_has_the_start(self):
+        assert Move("k", 3.0, 9.0).at(0, 1) == 3.0
+
+    def test_whole_numbers_stay_whole(self):
+        values = [Move("k", 1, 4).at(k, 7) for k in range(7)]
+        assert values == [1, 2, 2, 3, 3, 4, 4]
+        assert all(isinstance(value, int) for value in values)
+        assert [Move("k", 4, 1).at(k, 4) for k in range(4)] == [4, 3, 2, 1]
+        large = 10**30
+        assert Move("k", large, large + 4).at(1, 3) == large + 2
+
+    @pytest.mark.parametrize(
+        ("text", "move"),
+        [
+            ("light.0.altitude_deg=2:40", Move("light.0.altitude_deg", 2.0, 40.0)),
+            (" camera.position_m.2 = 1.6 : 1e3 ", Move("camera.position_m.2", 1.6, 1000.0)),
+            ("droplets.seed=1:9", Move("droplets.seed", 1, 9)),
+            ("compare.right.camera.fov_deg=-1:5", Move("compare.right.camera.fov_deg", -1.0, 5.0)),
+        ],
+    )
+    def test_as_typed(self, text, move):
+        parsed = parse_move(text)
+        assert parsed == move
+        assert type(parsed.start) is type(move.start)
+
+
+class TestPlan:
+    def test_scenes_are_those_that_set_would_make(self):
+        moves = [parse_move("light.0.altitude_deg=2:40"), parse_move("camera.position_m.0=0:-8")]
+        overrides = {"camera.size_px": [32, 18], "light.0.spectrum": "FL2"}
+        plan = plan_animation("uniform", overrides, 3, moves)
+        for number, altitude, east in ((0, 2.0, 0.0), (1, 21.0, -4.0), (2, 40.0, -8.0)):
+            changes = {"light.0.altitude_deg": altitude, "camera.position_m.0": east}
+            alone = load_scene("uniform", overrides | changes)
+            assert plan.at(number) == alone
+            assert plan.at(number).source_text == alone.source_text
+            assert plan.at(number).source_name == alone.source_name
+
+    def test_both_sides_of_a_comparison(self):
+        moves = [parse_move("compare.right.scattering.size_spread=0.02:0.06")]
+        right = {"compare.right": {"scattering.theory": "mie"}}
+        plan = plan_animation("uniform", right, 3, moves)
+        assert plan.at(1).parts()[1][0].scattering.size_spread == pytest.approx(0.04)
+        assert plan.at(1).parts()[1][0].scattering.theory == "mie"
+
+    def test_the_sun_on_its_path(self):
+        path = sun_path(48.1, 11.6, date(2024, 12, 21), 5)
+        plan = plan_animation("uniform", {}, 5, sun=path)
+        for number, sun in enumerate(path):
+            light = plan.at(number).light[0]
+            assert light.altitude_deg == pytest.approx(sun.altitude_deg, abs=1e-6)
+            assert light.azimuth_deg == pytest.approx(sun.azimuth_deg, abs=1e-6)
+
+    @pytest.mark.parametrize(
+        ("key", "places"),
+        [
+            ("light.0.altitude_deg=1:2", True),
+            ("camera.fov_deg=40:50", True),
+            ("camera.position_m.1=0:2", True),
+            ("camera.polarizer_deg=0:90", False),
+            ("droplets.radius.radius_um=100:200", False),
+            ("light.0.angular_diameter_deg=0.5:1", False),
+        ],
+    )
+    def test_what_only_moves_places(self, key, places):
+        assert plan_animation("uniform", {}, 2, [parse_move(key)]).only_places is places
+
+
+NOTHING_DRAWN = [
+    (("--key", "light.0.altitude_deg"), "write key.path=from:to, such as light.0.altitude_deg=2"),
+    (("--key", "light.0.altitude_deg=5"), "write key.path=from:to"),
+    (("--key", "=2:3"), "write key.path=from:to"),
+    (("--key", "camera.fov_deg=:3"), "write key.path=from:to"),
+    (("--key", "camera.fov_deg=2:3:4"), "3:4 is not a number"),
+    (("--key", "camera.fov_deg=wide:3"), "--key camera.fov_deg: wide is not a number"),
+    (("--key", "camera.fov_deg=nan:3"), "camera.fov_deg: nan; both ends must be finite"),
+    (("--key", "camera.fov_deg=3:inf"), "camera.fov_deg: inf; both ends must be finite"),
+    (("--key", "camera.fov_deg=0:90"), "--key camera.fov_deg = 0.0; must be greater than 0 and"),
+    (("--key", "camera.fov_deg=90:180"), "--key camera.fov_deg = 180.0; must be greater than 0"),
+    (("--key", "camera.fov=2:3"), "--key camera.fov: unknown key", "did you mean camera.fov_deg?"),
+    (("--key", "light.1.altitude_deg=2:3"), "--key light.1.altitude_deg: light has 1 item"),
+    (("--key", "camera.position_m=0:3"), "name an item of this list", "camera.position_m.0=0:10"),
+    (("--key", "light.0=0:3"), "only numbers move", "must be a table"),
+    (("--key", "light.0.spectrum=0:3"), "only numbers move", "must be text in quotes"),
+    (("--key", "atmosphere.rayleigh=0:1"), "only numbers move", "must be true or false"),
+    (("--key", "light.0.type=0:1"), "only numbers move", 'one of "sun", "point"'),
+    (("--key", "camera.size_px.0=8:16"), "all frames have one size; give it with --size"),
+    (("--key", "droplets.seed=1:2.5"), "2.5 is not a whole number"),
+    (("--key", "droplets.grid.0=2:3"), "--key droplets.grid.0: droplets.grid is not given"),
+    (("--key", "render.steps=1:200000"), "--key render.steps = 200000; must be 1..100000"),
+    (("--key", "render.wavelength_step_nm=5:10"), "frame 1: --key render.wavelength_step_nm = 7.5",
+     "must divide 380-780 nm evenly"),
+    ((*RISE, *RISE), "--key light.0.altitude_deg: is given twice"),
+    ((*RISE, "--set", "light.0.altitude_deg=3"), "has one value by --set, too; give one"),
+    (("--key", "render.max_delta_e=1:2", "--max-delta-e", "1"), "has one value by --set, too"),
+    ((), "nothing moves; add --key"),
+    ((*RISE, "--set", "camera.fov_deg=0"), "--set camera.fov_deg = 0; must be greater"),
+    ((*RISE, "--method", "spectral", "--max-delta-e", "1"), "methods auto and fast alone"),
+    ((*RISE, "--frames", "0"), "0 is not in the range", "1<=x<=100000"),
+    ((*RISE, "--fps", "30"), "--fps 30 goes with a film; add one"),
+    ((*RISE, "--fps", "nan", "-o", "a.mp4"), "--fps nan: must be 1..240"),
+    ((*RISE, "--fps", "0", "-o", "a.mp4"), "--fps 0: must be 1..240"),
+    ((*RISE, "-o", "frame.exr"), "hold the frame's number once", "write for example frame%04d.exr"),
+    ((*RISE, "-o", "%d_%d.png"), "hold the frame's number once"),
+    ((*RISE, "-o", "%s.png"), "hold the frame's number once"),
+    ((*RISE, "-o", "a%04f.png"), "hold the frame's number once"),
+    ((*RISE, "-o", "a%%.png"), "hold the frame's number once"),
+    ((*RISE, "-o", "a%d.jpg"), "suffix .jpg is not known; must be .exr or .png or .mp4"),
+    ((*RISE, "-o", "no/a%d.png"), "there is no folder no", "mkdir -p no"),
+    ((*RISE, "-o", "no/a.mp4"), "there is no folder no", "mkdir -p no"),
+    (("--sun-path", "48,11"), "is not a place and a date", "such as 48.1,11.6,2024-12-21"),
+    (("--sun-path", "48,11,2024-13-01"), "is not a place and a date"),
+    (("--sun-path", "north,11,2024-01-01"), "is not a place and a date"),
+    (("--sun-path", "91,11,2024-01-01"), "--sun-path 91,11,2024-01-01: latitude = 91; must be"),
+    (("--sun-path", "nan,11,2024-01-01"), "latitude = nan; must be -90..90"),
+    (("--sun-path", "78,15,2024-06-21"), "polar day", "choose another date or place"),
+    (("--sun-path", "-78,15,2024-06-21"), "polar night"),
+    (("--sun-path", "48,11,1850-06-21"), "year 1850: must be 1900..2100"),
+    ((*RISE, "--sun-path", "48,11,2024-01-01"), "--sun-path moves light.0.altitude_deg"),
+    (("--set", "light.0.azimuth_deg=3", "--sun-path", "48,11,2024-01-01"), "--sun-path moves"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("args", "words"), [(args, words) for args, *words in NOTHING_DRAWN])
+def test_what_is_refused_before_anything_is_drawn(call, tmp_path, monkeypatch, args, words):
+    def fail(*_):
+        raise AssertionError("rendered in spite of wrong input")
+
+    monkeypatch.setattr(rtbow.renderer.Renderer, "__init__", fail)
+    result = call("animate", "uniform", "--frames", "3", "-o", "x%d.exr", *args)
+    assert (result.code, result.out) == (2, "")
+    assert result.err.count("\n") == 1, result.err
+    for word in words:
+        assert word in result.err
+    assert names(tmp_path) == []
+
+
+def test_a_lamp_follows_no_path_of_the_sun(call):
+    day = ("--sun-path", "48,11,2024-01-01", "--frames", "2", "-o", "x%d.exr")
+    result = call("animate", "street-lamp", *day)
+    assert result.code == 2
+    assert "--sun-path moves light 0, which is a lamp in street-lamp; choose" in result.err
+
+
+# --- Frames ------------------------------------------------------------------------------------
+
+
+def test_patterns():
+    assert Pattern("out/frame_%04d.exr").path(7) == "out/frame_0007.exr"
+    assert Pattern("out/frame_%04d.exr").path(12345) == "out/frame_12345.exr"
+    assert Pattern("100%%_%d.png").path(3) == "100%_3.png"
+    assert Pattern("%02d.PNG").suffix == ".png"
+
+
+def test_frames_are_numbered_from_the_start_to_the_end(call, tmp_path, drawn):
+    result = call("animate", "uniform", *RISE, "--frames", "3", "-o", "f_%03d.exr", *SMALL)
+    assert result == Result(0, "f_%03d.exr\n", "3 frames drawn by method fast\n")
+    assert names(tmp_path) == ["f_000.exr", "f_001.exr", "f_002.exr"]
+    assert drawn == [2.0, 2.0, 21.0, 40.0]  # the first once more, with tables for all places
+    assert len({read_exr(name)[0].tobytes() for name in names(tmp_path)}) == 3
+
+
+def test_one_frame_is_the_start(call, tmp_path, drawn):
+    assert call("animate", *RISE, "--frames", "1", "-o", "%d.exr", "--size", "8x5", "-q") == Result(
+        0, "", ""
+    )
+    assert drawn == [2.0]
+    assert "light.0.altitude_deg=2.0" in read_exr("0.exr")[1]["scene"]
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_render_makes_the_frame_again_from_what_it_says(call, tmp_path, suffix):
+    """To the error of method fast in float32: measured 8e-4 of the brightest pixel."""
+    moves = (*RISE, "--key", "camera.position_m.0=0:30", "--set", "light.0.spectrum=FL2")
+    args = ("--frames", "4", "-o", f"a %d.{suffix}", *SMALL, "--max-delta-e", "0.4", "-q")
+    assert call("animate", "uniform", *moves, *args).code == 0
+    path = f"a 2.{suffix}"
+    read = read_exr if suffix == "exr" else read_png
+    frame, said = read(path)
+    words = shlex.split(said["command"])
+    assert words[:3] == ["rtbow", "render", "uniform"]
+    assert words[-2:] == ["-o", path]
+    assert said["animation"].startswith("rtbow animate uniform --key light.0.altitude_deg=2:40")
+    assert (said["method"], said["methodAsked"]) == ("fast", "auto")
+    os.remove(path)
+    assert call(*words[1:]).code == 0
+    again, told = read(path)
+    assert told["scene"] == said["scene"]
+    assert told["method"] == said["method"]
+    if suffix == "exr":
+        assert np.abs(again - frame).max() < 2e-3 * frame.max()
+    else:
+        assert told["exposureEV100"] == said["exposureEV100"]
+        assert np.abs(again.astype(int) - frame).max() <= 2
+        assert np.mean(again != frame) < 0.2
+
+
+def test_the_method_asked_for_draws(call):
+    for method in ("spectral", "reference"):
+        args = ("--frames", "2", "-o", f"{method}%d.exr", "--size", "8x5", "--method", method)
+        result = call("animate", "uniform", *RISE, *args)
+        assert result == Result(0, f"{method}%d.exr\n", "2 frames drawn\n")
+    one, other = (read_exr(f"{method}1.exr") for method in ("spectral", "reference"))
+    assert other[1]["renderer"] == "CPU, float64"
+    assert np.abs(one[0] - other[0]).max() < 2e-3 * other[0].max()
+
+
+def test_whole_numbers_move(call):
+    rain = (
+        "--set", "droplets.radius={distribution='uniform', min_um=100, max_um=900}",
+        "--set", "droplets.grid=[4, 4, 4]", "--key", "droplets.seed=1:3",
+    )  # fmt: skip
+    args = ("--frames", "3", "-o", "%d.exr", "--size", "8x5", "-q")
+    assert call("animate", "uniform", *rain, *args) == Result(0, "", "")
+    assert "# --set droplets.seed=2\n" in read_exr("1.exr")[1]["scene"]
+    assert np.any(read_exr("0.exr")[0] != read_exr("1.exr")[0])
+
+
+# --- Tables ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """How many passes and lights of method fast, and renderers, were constructed."""
+    counts = {"FastPass": 0, "FastSun": 0, "Renderer": 0}
+
+    def count(kind: type) -> None:
+        true_init = kind.__init__
+
+        def init(self, *args, **more):
+            counts[kind.__name__] += 1
+            true_init(self, *args, **more)
+
+        monkeypatch.setattr(kind, "__init__", init)
+
+    for kind in (rtbow.fast.FastPass, rtbow.fast.FastSun, rtbow.renderer.Renderer):
+        count(kind)
+    return counts
+
+
+@pytest.mark.parametrize(
+    "moves",
+    [
+        RISE,
+        ("--key", "camera.azimuth_deg=-20:20", "--key", "camera.fov_deg=60:50"),
+        ("--sun-path", "48.1,11.6,2024-12-21"),
+    ],
+    ids=["light", "camera", "sun-path"],
+)
+def test_moving_places_build_tables_once(call, made, moves):
+    """Once for the first frame, and once more for all places (see ``FastPass.move``)."""
+    args = ("--frames", "12", "-o", "%d.exr", "-o", "%d.png", *SMALL, "-q")
+    assert call("animate", "uniform", *moves, *args) == Result(0, "", "")
+    assert made == {"FastPass": 1, "FastSun": 2, "Renderer": 1}
+
+
+def test_what_changes_the_drops_builds_tables_for_each_frame(call, made):
+    args = ("--frames", "4", "-o", "%d.exr", *SMALL, "-q")
+    assert call("animate", "uniform", "--key", "droplets.radius.radius_um=200:500", *args).code == 0
+    assert made == {"FastPass": 4, "FastSun": 4, "Renderer": 1}
+
+
+def test_frames_do_not_depend_on_where_a_run_began(call):
+    """A run that goes on draws, bit by bit, what the whole run drew."""
+    args = ("animate", *RISE, "--frames", "5", "-o", "%d.exr", *SMALL, "-q")
+    assert call(*args).code == 0
+    whole = [read_exr(f"{k}.exr")[0] for k in range(5)]
+    for first in (1, 3, 4):
+        for number in range(first, 5):
+            os.remove(f"{number}.exr")
+        assert call(*args).code == 0
+        for number in range(first, 5):
+            np.testing.assert_array_equal(read_exr(f"{number}.exr")[0], whole[number])
+
+
+# --- What is kept ------------------------------------------------------------------------------
+
+FIVE = ("animate", "uniform", *RISE, "--frames", "5", *SMALL)
+ALTITUDES = [2.0, 11.5, 21.0, 30.5, 40.0]
+
+
+@pytest.mark.parametrize("outputs", [("%d.exr",), ("%d.png",), ("%d.exr", "%d.png")])
+def test_a_second_run_draws_nothing_and_needs_no_gl(call, tmp_path, monkeypatch, outputs):
+    args = (*FIVE, *(word for one in outputs for word in ("-o", one)))
+    assert call(*args).code == 0
+    before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+
+    def fail(*_):
+        raise AssertionError("opened a renderer")
+
+    monkeypatch.setattr(rtbow.renderer.Renderer, "__init__", fail)
+    said = "".join(f"{one}\n" for one in outputs)
+    assert call(*args) == Result(0, said, "0 frames drawn, 5 kept\n")
+    after = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    assert after == before
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_frames_that_are_missing_or_damaged_are_drawn(call, tmp_path, drawn, suffix):
+    args = (*FIVE, "-o", f"%d.{suffix}")
+    assert call(*args).code == 0
+    whole = {name: (tmp_path / name).read_bytes() for name in names(tmp_path)}
+    os.remove(f"1.{suffix}")
+    (tmp_path / f"3.{suffix}").write_bytes(whole[f"3.{suffix}"][:-200])
+    (tmp_path / f"4.{suffix}").write_bytes(b"another file")
+    drawn.clear()
+    assert call(*args).err == "3 frames drawn by method fast, 2 kept\n"
+    assert set(drawn) == {ALTITUDES[k] for k in (1, 3, 4)}
+    assert {name: (tmp_path / name).read_bytes() for name in names(tmp_path)} == whole
+
+
+@pytest.mark.parametrize(
+    ("change", "kept"),
+    [
+        (("--method", "spectral"), 0),
+        (("--size", "32x20"), 0),
+        (("--set", "light.0.spectrum=FL2"), 0),
+        (("--key", "camera.azimuth_deg=0:4"), 0),
+        (("--max-delta-e", "2"), 0),
+        (("--frames", "3"), 3),  # each second frame of the five
+        (("--frames", "9"), 1),  # the first, which is the same
+        (("--backend", "osmesa"), 5),
+        (("-o", "film.mp4"), 5),
+    ],
+)
+def test_frames_of_another_command_are_made_anew(call, change, kept):
+    """What a frame's number now means decides; what cannot change the frame is no matter."""
+    assert call(*FIVE, "-o", "%d.exr").code == 0
+    if change[0] == "--frames" and change[1] == "3":
+        for number, source in ((1, 2), (2, 4)):
+            os.replace(f"{source}.exr", f"{number}.exr")
+    result = call(*FIVE, "-o", "%d.exr", *change)
+    assert result.code == 0
+    count = int(change[1]) if change[0] == "--frames" else 5
+    assert result.err.startswith(f"{count - kept} frames drawn")
+    assert ("kept" in result.err) == (kept > 0)
+
+
+def test_frames_of_another_version_are_made_anew(call, monkeypatch):
+    assert call(*FIVE, "-o", "%d.exr").code == 0
+    for module in (rtbow.animate, rtbow.image):
+        monkeypatch.setattr(module, "__version__", "0.0.test")
+    assert call(*FIVE, "-o", "%d.exr").err == "5 frames drawn by method fast\n"
+    assert call(*FIVE, "-o", "%d.exr").err == "0 frames drawn, 5 kept\n"
+
+
+def test_frames_of_changed_files_are_made_anew(call, tmp_path):
+    lamp = tmp_path / "lamp.csv"
+    lamp.write_text("380,0\n600,0\n610,1\n780,1\n")
+    args = (*FIVE, "-o", "%d.exr", "--set", "light.0.spectrum=lamp.csv")
+    assert call(*args).err.startswith("5 frames drawn")
+    assert call(*args).err.endswith("5 kept\n")
+    before = read_exr("2.exr")[1]["inputs"]
+    lamp.write_text("380,1\n450,1\n460,0\n780,0\n")
+    assert call(*args).err.startswith("5 frames drawn")
+    assert read_exr("2.exr")[1]["inputs"] != before
+
+
+def test_pictures_come_from_radiance_that_is_there(call, drawn):
+    assert call(*FIVE, "-o", "%d.exr").code == 0
+    drawn.clear()
+    assert call(*FIVE, "-o", "%d.exr", "-o", "%d.png").err == "0 frames drawn, 5 kept\n"
+    assert drawn == []
+    rgb, said = read_exr("3.exr")
+    picture, told = read_png("3.png")
+    np.testing.assert_array_equal(picture, display(rgb, float(told["exposureEV100"])))
+    for name in ("method", "renderer", "scene"):
+        assert told[name] == said[name]
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_an_interrupted_run_leaves_whole_files_and_goes_on(
+    call, tmp_path, drawn, monkeypatch, suffix
+):
+    writer = f"write_{suffix}"
+    true_write = getattr(rtbow.animate, writer)
+
+    def interrupted(path, *args):
+        if path == f"3.{suffix}":
+            raise KeyboardInterrupt
+        true_write(path, *args)
+
+    args = (*FIVE, "-o", f"%d.{suffix}", "-o", "film.mp4")
+    (tmp_path / "film.mp4").write_bytes(b"old")
+    monkeypatch.setattr(rtbow.animate, writer, interrupted)
+    result = call(*args)
+    assert (result.code, result.out) == (130, "")
+    assert result.err.strip() == "interrupted; nothing was left half written"
+    assert names(tmp_path) == [*(f"{k}.{suffix}" for k in range(3)), "film.mp4"]
+    assert (tmp_path / "film.mp4").read_bytes() == b"old"
+    monkeypatch.setattr(rtbow.animate, writer, true_write)
+    drawn.clear()
+    assert call(*args).err == "2 frames drawn by method fast, 3 kept\n"
+    assert len(film_pictures(tmp_path / "film.mp4")) == 5
+    # A picture knows the exposure; radiance is asked for it, and the last frame drawn for it.
+    assert set(drawn) == set(ALTITUDES[3:])
+
+
+def test_ctrl_c_and_again(tmp_path):
+    """As typed: a process of its own is interrupted after some frames, and the next goes on."""
+    args = ["animate", *RISE, "--frames", "400", "-o", "%03d.exr", "-o", "film.mp4", *SMALL]
+    command = [sys.executable, "-m", "rtbow", *args]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, text=True, stderr=subprocess.PIPE
+    ) as process:
+        try:
+            while not (tmp_path / "004.exr").exists():
+                assert process.poll() is None
+            process.send_signal(signal.SIGINT)
+            err = process.communicate(timeout=60)[1]
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    assert err.rstrip().endswith("interrupted; nothing was left half written")
+    left = names(tmp_path)
+    assert left[:5] == [f"{k:03d}.exr" for k in range(5)]
+    assert len(left) < 400
+    assert all(name.endswith(".exr") for name in left)
+    for name in left:
+        read_exr(tmp_path / name)
+    args[args.index("400")] = "400"
+    done = subprocess.run(command, cwd=tmp_path, env=environment, text=True, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.endswith(f", {len(left)} kept\n")
+    assert len(film_pictures(tmp_path / "film.mp4")) == 400
+
+
+# --- Exposure ----------------------------------------------------------------------------------
+
+
+def lit(level: float, size: tuple[int, int] = (6, 8)) -> np.ndarray:
+    return np.full((*size, 3), level, np.float32)
+
+
+def test_the_brightest_frame_sets_the_exposure():
+    evs = [auto_exposure_ev(lit(level)) for level in (10.0, 5000.0, 300.0)]
+    chosen = sequence_exposure_ev([lit(level) for level in (10.0, 5000.0, 300.0)])
+    assert chosen == pytest.approx(max(evs), abs=1e-4)
+    assert chosen == float(f"{chosen:.6g}")
+
+
+def test_black_frames_say_nothing_about_exposure():
+    """A lamp's frames lie near EV 4, far below the 15 of a frame without light."""
+    night = lit(10.0)
+    assert sequence_exposure_ev([lit(0.0), night]) == pytest.approx(
+        auto_exposure_ev(night), abs=1e-4
+    )
+    assert sequence_exposure_ev([lit(0.0)]) == BLACK_FRAME_EV
+
+
+def test_one_exposure_for_the_whole_sequence(call):
+    """The sun rises through red: frames of their own would be exposed alike."""
+    assert call("animate", *RISE, "--frames", "5", "-o", "%d.exr", "-o", "%d.png", *SMALL).code == 0
+    evs = {png_texts(f"{k}.png")["exposureEV100"] for k in range(5)}
+    frames = [read_exr(f"{k}.exr")[0] for k in range(5)]
+    own = [auto_exposure_ev(rgb) for rgb in frames]
+    assert max(own) - min(own) > 0.5
+    assert evs == {f"{max(own[0], own[2], own[4]):.6g}"}
+    for number, rgb in enumerate(frames):
+        picture = display(rgb, float(min(evs)))
+        np.testing.assert_array_equal(read_png(f"{number}.png")[0], picture)
+
+
+def test_an_exposure_of_ones_own(call):
+    assert call(*FIVE, "-o", "%d.png", "--exposure", "12").code == 0
+    said = png_texts("4.png")
+    assert said["exposureEV100"] == "12"
+    assert "--exposure=12.0" in said["command"]
+    assert call(*FIVE, "-o", "%d.png", "--exposure", "12").err == "0 frames drawn, 5 kept\n"
+    assert call(*FIVE, "-o", "%d.png", "--exposure", "13").err.startswith("5 frames drawn")
+
+
+def test_pictures_of_another_range_do_not_lend_their_exposure(call):
+    assert call(*FIVE, "-o", "%d.png").code == 0
+    first = png_texts("0.png")["exposureEV100"]
+    dim = ("animate", "uniform", "--key", "light.0.altitude_deg=1:1.5", "--frames", "5", *SMALL)
+    assert call(*dim, "-o", "%d.png").err.startswith("5 frames drawn")
+    assert {png_texts(f"{k}.png")["exposureEV100"] for k in range(5)} != {first}
+
+
+# --- Films -------------------------------------------------------------------------------------
+
+
+def test_a_film_shows_the_pictures(call, tmp_path):
+    """In their brightness: 2 × 2 pixels share a colour, and these are small pictures."""
+    assert call(*FIVE, "-o", "%d.png", "-o", "film.mp4", "--fps", "12").code == 0
+    pictures = film_pictures(tmp_path / "film.mp4")
+    assert len(pictures) == 5
+    for number, picture in enumerate(pictures):
+        stored = read_png(f"{number}.png")[0]
+        ours, theirs = (one @ [0.2126, 0.7152, 0.0722] for one in (stored, picture))
+        assert np.abs(ours - theirs).mean() < 4.0
+    with av.open("film.mp4") as container:
+        assert container.streams.video[0].average_rate == 12
+        said = dict(container.metadata)
+    assert said["command"].startswith("rtbow animate uniform")
+    assert said["scene"] == load_scene("uniform", {"camera.size_px": [32, 18]}).source_text
+    assert said["exposureEV100"] == png_texts("0.png")["exposureEV100"]
+
+
+def test_a_film_alone_and_one_of_kept_frames_are_the_same(call, tmp_path, drawn):
+    assert call(*FIVE, "-o", "alone.mp4").err == "5 frames drawn by method fast\n"
+    assert names(tmp_path) == ["alone.mp4"]
+    alone = film_pictures(tmp_path / "alone.mp4")
+    assert call(*FIVE, "-o", "%d.exr").code == 0
+    assert call(*FIVE, "-o", "%d.png").code == 0
+    drawn.clear()
+    for suffix in ("exr", "png"):
+        result = call(*FIVE, "-o", f"%d.{suffix}", "-o", f"{suffix}.mp4")
+        assert result.err == "0 frames drawn, 5 kept\n"
+        np.testing.assert_array_equal(film_pictures(tmp_path / f"{suffix}.mp4"), alone)
+    assert drawn == []
+
+
+def test_each_frame_is_drawn_once_in_spite_of_the_exposure(call, drawn):
+    assert call(*FIVE, "-o", "film.mp4").code == 0
+    # First, first again with tables for all places, middle and last for the exposure, the rest.
+    assert drawn == [2.0, 2.0, 21.0, 40.0, 11.5, 30.5]
+
+
+def test_odd_sizes(call, tmp_path):
+    args = ("--frames", "2", "-o", "film.mp4", "--size", "31x17", "-q")
+    assert call("animate", "uniform", *RISE, *args) == Result(0, "", "")
+    assert film_pictures(tmp_path / "film.mp4")[0].shape == (18, 32, 3)
+
+
+def test_a_failure_in_drawing_spares_the_old_film(call, tmp_path, monkeypatch):
+    (tmp_path / "film.mp4").write_bytes(b"old")
+
+    def fail(*_):
+        raise InputError("the volume is gone; bring it back")
+
+    monkeypatch.setattr(rtbow.animate, "display", fail)
+    result = call(*FIVE, "-o", "film.mp4")
+    assert (result.code, result.out) == (2, "")
+    assert names(tmp_path) == ["film.mp4"]
+    assert (tmp_path / "film.mp4").read_bytes() == b"old"
