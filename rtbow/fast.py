@@ -44,7 +44,7 @@ class FastPass:
         self._lights = _make_lights(self._here, progress, roaming=False)
 
     def move(self, scene: Scene) -> bool:
-        """Take over another scene, if it differs only in where camera and lights are.
+        """Take over another scene, if it differs only in where camera and lights are, and in size.
 
         The first move makes tables that serve other places, too; from then on moves are quick.
 
@@ -52,10 +52,12 @@ class FastPass:
             Whether it does; if not, nothing has changed.
 
         Raises:
+            UnavailableError: the picture is beyond what this GL device takes; nothing has changed.
             UnsuitedError: the method cannot draw it there; nothing has changed.
         """
         if _without_places(scene) != self._still:
             return False
+        check_sizes(self._here.gl, scene.camera.size_px, self._here.parts.volume.shape)
         here = self._here.moved(scene)
         try:
             lights = self._moved_lights(here)
@@ -85,7 +87,7 @@ class FastPass:
             columns: which columns of the picture, a slice of step 1; all by default.
         """
         width, height = self._here.scene.camera.size_px
-        if self._target is None:
+        if self._target is None or self._target.size_px != (width, height):
             self._target = FrameTarget(self._here.gl, (width, height))
         left, right, _ = columns.indices(width)
         frame = self._target.begin(clear=not self._lights)
@@ -116,9 +118,9 @@ def _make_lights(here: FastScene, progress: Progress, *, roaming: bool) -> list[
 
 
 def _without_places(scene: Scene) -> dict[str, Any]:
-    """Give all of a scene but where its camera and lights are."""
-    values = scene.model_dump()
-    for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg"):
+    """Give all of a scene but where its camera and lights are, and what of the picture it fills."""
+    values = scene.model_dump(exclude={"compare"})
+    for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg", "size_px"):
         values["camera"].pop(name)
     for light in values["light"]:
         for name in ("position_m", "azimuth_deg", "altitude_deg"):

@@ -95,12 +95,13 @@ class FastLamp:
         self.table = colour_table(baked, self._column, degree)
         even = volume.uniform and parts.rain is None
         self._block = 0 if even else block_for(scene.camera, settings.lamp_block)
+        self._size_px = scene.camera.size_px
         defines: dict[str, Define] = {
             **scene_defines(here, self.table),
             "NEAREST_M": NEAREST_M,
             "LAMP_COUNT": 1,
             "LAMP_DISC": lamp.radius_m > 0.0,
-            "BLOCK": self._block,
+            "BLOCKS": self._block > 0,
             "EVEN": even,
             "EVEN_STEPS": self._air_steps() if air and even else 1,
             "LEAST_TEXELS": _LEAST_TEXELS,
@@ -130,7 +131,15 @@ class FastLamp:
         """
         if self._reach(here).high > self._column.high:
             return False
+        camera = here.scene.camera
+        block = block_for(camera, here.settings.lamp_block) if self._block else 0
+        if self._block and not block:
+            return False
         before, self._here = self._lamp, here
+        if (block, camera.size_px) != (self._block, self._size_px):
+            self._block, self._size_px = block, camera.size_px
+            if block:
+                self._make_nodes()
         if np.any(before.position_m != self._lamp.position_m):
             bind_rain(self._marching, self._lamp, here)
         self._place()
@@ -197,6 +206,8 @@ class FastLamp:
         self._flag_frame = ctx.framebuffer([flags])
         bend = self._here.settings.lamp_bend
         self._flags.set("tolerance", (1e30, bend, bend, bend))
+        for program in (self._compose, self._node):
+            program.set("blockSize", float(self._block))
 
     @property
     def textures(self) -> list[Texture]:

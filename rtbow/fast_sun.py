@@ -80,6 +80,7 @@ class FastSun:
         # Across the edge of the Earth's shadow a few samples would not do.
         even = parts.volume.uniform and parts.rain is None and columns.cubic is not None
         self._block = 0 if even else block_for(here.scene.camera, settings.block)
+        self._size_px = here.scene.camera.size_px
         rows = self.table.rows
         self._groups = min(-(-rows // 4), _GROUPS) if rows > 1 and self._block else 0
         self._defines: dict[str, Define] = {
@@ -88,7 +89,7 @@ class FastSun:
             "NODES": False,
             "PARTS": False,
             **self._air_defines(here, columns, tabled.grey),
-            "BLOCK": self._block,
+            "BLOCKS": self._block > 0,
             "DIRECT": self._direct_samples() if even else 0,
             "HAT_GROUPS": self._groups,
         }
@@ -99,6 +100,8 @@ class FastSun:
             self._path = GlProgram(here.gl, "fast_path.frag", {**self._defines, "NODES": True})
             self._flags = GlProgram(here.gl, "fast_flags.frag", self._defines)
             self._marching.append(self._path)
+            if self._groups:
+                self._hats = GlProgram(here.gl, "fast_hats.frag", self._defines)
             self._nodes = self._make_nodes()
         for program in self._marching:
             if here.drops is not None:
@@ -130,7 +133,14 @@ class FastSun:
             return False
         if self._air_defines(here, columns, tabled.grey) != kept:
             return False
+        camera = here.scene.camera
+        block = block_for(camera, here.settings.block) if self._block else 0
+        if self._block and not block:
+            return False
         self._here, self._sunward = here, sunward
+        if (block, camera.size_px) != (self._block, self._size_px):
+            self._block, self._size_px = block, camera.size_px
+            self._nodes = self._make_nodes() if block else None
         if turned:
             bind_rain(self._marching, self._sun, here)
         self._place(columns, tabled)
@@ -198,7 +208,6 @@ class FastSun:
         weights = [ctx.texture(size, 4, dtype="f4") for _ in range(self._groups)]
         hats = None
         if self._groups:
-            self._hats = GlProgram(self._here.gl, "fast_hats.frag", self._defines)
             for g, one in enumerate(weights):
                 self._hats.bind(f"hats{g}", one)
             atlas = ctx.texture((size[0], size[1] * self._groups), 4, dtype="f4")
@@ -213,6 +222,8 @@ class FastSun:
         # A path's mean column and depth enter the light by far smaller shares.
         self._flags.set("tolerance", (bend, 4.0 * bend, 10.0 * bend, 1e30))
         self._flags.set("leastShare", 1e-4)
+        for program in (self._compose, self._path):
+            program.set("blockSize", float(self._block))
         return _Nodes(ctx.framebuffer([nodes, *weights]), hats, ctx.framebuffer([flags]))
 
     @property

@@ -1,19 +1,26 @@
 #include "definitions.glsl"
 
-// What varies smoothly over the picture is computed at nodes BLOCK pixels apart, on the corners of
+// What varies smoothly over the picture is computed at nodes some pixels apart, on the corners of
 // blocks of pixels, and interpolated within each block; blocks where that would not do are flagged.
 
-#if BLOCK
+#if BLOCKS
+uniform float blockSize;            // pixels between nodes, a whole number
+
 const Number MISS = -1.0;           // stored where a node's ray misses the rain
 
 vec2 nodePixel(vec2 fragment) {
     // One ring of nodes lies outside of the picture.
-    return (fragment - 1.5) * float(BLOCK);
+    return (fragment - 1.5) * blockSize;
+}
+
+// The block that a pixel is in.
+ivec2 blockOf(vec2 pixel) {
+    return ivec2(pixel / blockSize);
 }
 
 // Texture coordinate of a pixel among the nodes.
 vec2 nodePlace(vec2 pixel, sampler2D nodes) {
-    return (pixel / float(BLOCK) + 1.5) / vec2(textureSize(nodes, 0));
+    return (pixel / blockSize + 1.5) / vec2(textureSize(nodes, 0));
 }
 
 // Error of a linear interpolation half-way between b and c at most, from the nodes beyond them: a kink

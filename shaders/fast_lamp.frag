@@ -6,7 +6,7 @@
 // nodes around it; in flagged blocks many steps.
 
 uniform int fewSteps;
-#if BLOCK
+#if BLOCKS
 uniform int manySteps;
 uniform sampler2D nodes;
 uniform sampler2D flags;
@@ -21,8 +21,8 @@ void main() {
     if (span.x < span.y) {
         int steps = fewSteps;
         Tristimulus rest = vec3(0.0);
-#if BLOCK
-        bool flagged = texelFetch(flags, ivec2(gl_FragCoord.xy) / BLOCK, 0).r > 0.5;
+#if BLOCKS
+        bool flagged = texelFetch(flags, blockOf(gl_FragCoord.xy), 0).r > 0.5;
         if (flagged) steps = manySteps;
         else rest = textureLod(nodes, nodePlace(gl_FragCoord.xy, nodes), 0.0).gba;
 #endif

@@ -11,7 +11,7 @@ uniform vec2 chordAxis;             // folded chord of the table's first texel; 
 #if !SEVERAL_RADII
 uniform sampler2D colours;
 #endif
-#if BLOCK
+#if BLOCKS
 uniform sampler2D nodes;
 uniform sampler2D flags;
 #if SEVERAL_RADII
@@ -23,12 +23,12 @@ uniform bool marching;              // flagged blocks march in the first pass, o
 
 out vec4 radiance;
 
-#if BLOCK && SEVERAL_RADII
+#if BLOCKS && SEVERAL_RADII
 // Sum over the groups of rows that the block has drops of: light per metre.
 Tristimulus hatLight(Number texel, Number perpendicular, vec2 groups) {
     vec2 size = vec2(textureSize(hats, 0));
     float rows = size.y / float(HAT_GROUPS);
-    vec2 at = gl_FragCoord.xy / float(BLOCK) + 1.5;
+    vec2 at = gl_FragCoord.xy / blockSize + 1.5;
     Tristimulus light = vec3(0.0);
     float g = groups.x;
     do {
@@ -64,14 +64,14 @@ void main() {
 #else
         int count = stepCount(along, ray, cellsPerMetre, airPerMetre, fixedSteps);
 #endif
-#if BLOCK
-        vec4 flag = texelFetch(flags, ivec2(gl_FragCoord.xy) / BLOCK, 0);
+#if BLOCKS
+        vec4 flag = texelFetch(flags, blockOf(gl_FragCoord.xy), 0);
         bool flagged = flag.r > 0.5;
         if (!flagged) count = 0;
 #endif
 #if SEVERAL_RADII
         Radii radii = Radii(texel, perpendicular, vec3(0.0));
-#if BLOCK
+#if BLOCKS
         if (!marching) count = 0;
 #endif
         SunPath path = gatherSun(ray, span, count, radii);
@@ -80,7 +80,7 @@ void main() {
         SunPath path = gatherSun(ray, span, count);
 #endif
 #endif
-#if BLOCK
+#if BLOCKS
         if (!flagged) {
             vec4 between = textureLod(nodes, nodePlace(gl_FragCoord.xy, nodes), 0.0);
             path = SunPath(between.x, between.y, between.z);

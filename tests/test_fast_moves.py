@@ -20,7 +20,7 @@ from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene
 from rtbow.optics import scene_optics
 from rtbow.parts import moved_parts, scene_parts
-from rtbow.scene import Scene
+from rtbow.scene import Compare, Scene
 from rtbow.spectral import SpectralPass
 
 SUN = {"type": "sun", "altitude_deg": 20.0, "azimuth_deg": 180.0, "spectrum": "FL2"}
@@ -206,3 +206,63 @@ def test_moves_leave_nothing_on_the_device(context):
             method(context, scene)
             waiting.append(len(ctx.objects))
         assert waiting[-1] == waiting[-3], "the last one's alone"
+
+
+# --- Size of the picture -----------------------------------------------------------------------
+
+SMOOTH = {
+    "file": None,
+    "grid": [6, 5, 4],
+    "radius": {"distribution": "constant", "radius_um": 300.0},
+}
+
+
+def sized(scene: Scene, size_px: tuple[int, int], fov_deg: float) -> Scene:
+    camera = scene.camera.model_copy(update={"size_px": size_px, "fov_deg": fov_deg})
+    return scene.model_copy(update={"camera": camera})
+
+
+def with_nodes(*lights: Mapping[str, Any]) -> Scene:
+    values = make(*lights, camera={"size_px": [96, 54], "fov_deg": 10.0}).model_dump(
+        exclude_none=True
+    )
+    values["droplets"] |= {key: value for key, value in SMOOTH.items() if value is not None}
+    return Scene.model_validate(values)
+
+
+@pytest.mark.parametrize("light", [SUN, LAMP])
+def test_another_size_keeps_tables_and_programs_and_draws_the_same(context, light):
+    scene = with_nodes(light)
+    with context.current():
+        fast = FastPass(context, scene)
+        assert fast.move(scene)
+        (one,) = fast._lights
+        programs = one._marching
+        for size, fov in (((48, 27), 10.0), ((120, 60), 10.0), ((96, 54), 35.0)):
+            there = sized(scene, size, fov)
+            fresh = FastPass(context, there)
+            assert fresh.move(there)
+            assert fast.move(there)
+            assert fast._lights == [one]
+            assert one._marching is programs
+            assert one._block == fresh._lights[0]._block > 1
+            np.testing.assert_array_equal(fast.render(), fresh.render())
+
+
+def test_pictures_too_coarse_for_nodes_are_made_anew(context):
+    scene = with_nodes(SUN)
+    with context.current():
+        fast = FastPass(context, scene)
+        assert fast.move(scene)
+        (before,) = fast._lights
+        assert fast.move(sized(scene, (16, 9), 60.0))
+        assert fast._lights[0] is not before
+        assert fast._lights[0]._block == 0
+
+
+def test_where_a_picture_is_split_is_no_other_scene(context):
+    scene = with_nodes(SUN)
+    with context.current():
+        fast = FastPass(context, scene)
+        split = scene.model_copy(update={"compare": Compare(split=0.3, right={})})
+        assert fast.move(split)

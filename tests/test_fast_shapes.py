@@ -122,7 +122,7 @@ AIRS = {
 }
 RAINS = ((False, False), (True, False), (True, True))
 DROPS = ((False, False), (True, False), (True, True))
-BLOCKS = (0, 4)
+BLOCKS = (False, True)
 
 
 def shared(drops: Any, rain: Any, polarizer: bool, degree: int) -> dict[str, Define]:
@@ -152,7 +152,7 @@ def sun_shapes() -> Iterator[dict[str, Define]]:
         yield {
             **shared(drops, rain, polarizer, degree),
             **air,
-            "BLOCK": block,
+            "BLOCKS": block,
             "DIRECT": (4 if air["AIR"] else 1) if even else 0,
             "HAT_GROUPS": groups,
         }
@@ -170,7 +170,7 @@ def lamp_shapes() -> Iterator[dict[str, Define]]:
             "LAMP_DISC": disc,
             "EVEN": even,
             "EVEN_STEPS": 4 if air else 1,
-            "BLOCK": block,
+            "BLOCKS": block,
         }
 
 
@@ -189,17 +189,17 @@ def test_every_shape_under_a_sun_compiles(context, programs):
         assert base.keys() >= shape.keys()
         whole = {**base, **shape}
         shapes.add(("fast_sun.frag", tuple(whole.items())))
-        if shape["BLOCK"]:
+        if shape["BLOCKS"]:
             # What these have no use for is left at one value: fewer that are truly different.
             plain = {"POLARIZER": False, "COMPONENTS": 1, "RAIN_COLOUR": False, "COLUMN_DEGREE": 0}
             path = {**whole, **plain, "NODES": True}
             shapes.add(("fast_path.frag", tuple(path.items())))
             if shape["HAT_GROUPS"]:
                 some = {"HAT_GROUPS": shape["HAT_GROUPS"]}
-                hats = {**base, **some, "BLOCK": 4, "SEVERAL_RADII": True}
+                hats = {**base, **some, "BLOCKS": True, "SEVERAL_RADII": True}
                 shapes.add(("fast_hats.frag", tuple(hats.items())))
                 shapes.add(("fast_flags.frag", tuple(hats.items())))
-    flags = {**base, "SEVERAL_RADII": False, "HAT_GROUPS": 0, "BLOCK": 4}
+    flags = {**base, "SEVERAL_RADII": False, "HAT_GROUPS": 0, "BLOCKS": True}
     shapes.add(("fast_flags.frag", tuple(flags.items())))
     assert compiled(context, shapes) > 120
 
@@ -211,7 +211,7 @@ def test_every_shape_under_a_lamp_compiles(context, programs):
         assert base.keys() >= shape.keys()
         whole = tuple({**base, **shape}.items())
         shapes.add(("fast_lamp.frag", whole))
-        if shape["BLOCK"]:
+        if shape["BLOCKS"]:
             shapes.add(("fast_lamp_node.frag", whole))
     flags = {**base, "SEVERAL_RADII": False, "PARTS": True}
     shapes.add(("fast_flags.frag", tuple(flags.items())))
@@ -323,7 +323,7 @@ def test_a_point_lamp_has_no_disc(programs):
 @pytest.mark.parametrize("rain", [False, True])
 def test_the_programs_of_a_scene_are_shapes_that_were_compiled(programs, light, rain):
     wanted = list(sun_shapes() if light is SUN else lamp_shapes())
-    free = {"COLUMN_DEGREE", "HAT_GROUPS", "RADIUS_ROWS", "BLOCK", "DIRECT", "EVEN_STEPS"}
+    free = {"COLUMN_DEGREE", "HAT_GROUPS", "RADIUS_ROWS", "DIRECT", "EVEN_STEPS"}
     known = {tuple(sorted((k, v) for k, v in shape.items() if k not in free)) for shape in wanted}
     for switches in ({}, {"grid": True}, {"several": True}, {"air": True, "polarizer": True}):
         compose = programs(light, rain=rain, **switches)[0].defines
