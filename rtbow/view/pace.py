@@ -26,7 +26,7 @@ nothing changes."""
 _REMEMBERED_FRAMES = 600
 """For how many frames it is known how much longer the next scale took."""
 _TRIED_AFTER_FRAMES = 60
-"""When the next scale is tried of which nothing is known: much of the time may be the same there."""
+"""When a next scale is tried of which nothing is known: most of the time may not go into pixels."""
 
 
 @dataclass(frozen=True)
