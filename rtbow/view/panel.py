@@ -1,0 +1,419 @@
+"""The panel beside the picture: all of the scene and of how it is shown, by sections."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from imgui_bundle import imgui
+
+from rtbow.display import EV_LIMIT
+from rtbow.scene import Scene
+from rtbow.view import look, widgets
+from rtbow.view.edits import Edits
+from rtbow.view.gallery import Gallery
+from rtbow.view.proposals import RIGHT, Proposals
+from rtbow.view.rows import Row, Slide, own_row, rows_of, shown_number
+from rtbow.view.state import OVERLAYS, Actions, ViewState
+from rtbow.view.status import Status
+from rtbow.view.sun_by_date import SunByDate
+from rtbow.view.tables import Tables
+from rtbow.view.ui import Set, Ui
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from rtbow.renderer import Method
+
+_SECTIONS = {
+    "light": "Sun", "droplets": "Drops", "atmosphere": "Air", "scattering": "Theory",
+    "camera": "Camera", "render": "Picture", "compare": "Picture",
+}  # fmt: skip
+"""Where each table of the scene is shown; others have a section of their own."""
+_OPEN = ("Sun", "Drops", "Picture")
+"""Sections that are open at first."""
+_METHODS: tuple[Method, ...] = ("auto", "fast", "spectral", "reference")
+_METHOD = own_row(
+    "view.method", "method",
+    "how the picture is computed: fast within its stated error, spectral for each wavelength, "
+    "reference in float64 on the CPU; auto takes fast wherever that keeps its error",
+    kind="choice", choices=_METHODS, option="--method auto|fast|spectral|reference",
+)  # fmt: skip
+_AUTO = own_row(
+    "view.exposure", "auto exposure", "the exposure follows the picture's brightest parts",
+    option="--exposure auto",
+)  # fmt: skip
+_EXPOSURE = own_row(
+    "view.exposure_ev", "exposure",
+    "exposure value for ISO 100: a sunlit scene has about 15, a lamp at night about 4",
+    "One more halves the picture's brightness.", "number",
+    unit="EV", slide=Slide(-5.0, 20.0), option="--exposure EV",
+)  # fmt: skip
+_FPS = own_row(
+    "view.target_fps", "target rate",
+    "pictures a second that are kept while things move, by drawing them smaller",
+    "A higher rate is smoother and coarser; what stands still is drawn in full.", "number",
+    unit="fps", slide=Slide(5.0, 120.0, log=True),
+)  # fmt: skip
+_SPLIT = own_row(
+    "view.split", "split the picture",
+    "the picture's right side shows the scene with some keys changed (key V)",
+    "Drag the bar in the picture to move it.",
+)  # fmt: skip
+_SIDE = own_row("view.side", "edit", "which side of the split picture the panel shows and changes")
+_KEYS = (
+    ("drag", "look around"),
+    ("W A S D Q E", "fly; with Shift faster"),
+    ("wheel", "zoom"),
+    ("double-click", "centre the antisolar point"),
+    ("right-click", "spectrum at a point"),
+    ("Tab", "panel on and off"),
+    ("V", "split the picture"),
+    ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
+    ("Ctrl+S", "save the scene"),
+    ("Ctrl+E", "save a frame"),
+    ("Ctrl+C", "copy the command"),
+    ("F1, F11", "these keys, full screen"),
+    ("Esc", "quit"),
+)
+
+
+class Panel:
+    """Shows the scene and changes it.
+
+    Args:
+        actions: what the window does.
+
+    Attributes:
+        ui: what its widgets share.
+        sun: a date, time and place for the sun.
+    """
+
+    def __init__(self, actions: Actions) -> None:
+        self._actions = actions
+        self._proposals = Proposals(actions)
+        self.ui = Ui(self._proposals)
+        self._tables = Tables(self.ui, self._proposals)
+        self._status = Status()
+        self._gallery = Gallery(actions)
+        self._keep = _Keep(actions)
+        self.sun = SunByDate.now()
+        self._scene: Scene | None = None
+
+    def close(self) -> None:
+        """Forget its pictures, while ImGui's context still is."""
+        self._gallery.close()
+
+    def draw(self, edits: Edits, state: ViewState) -> None:
+        """Draw it into the window that is open; changes go to the actions.
+
+        Args:
+            edits: the scene.
+            state: how it is shown.
+        """
+        if edits.scene is not self._scene:
+            self._scene = edits.scene
+            self.ui.scene_changed()
+        self._proposals.look(edits, state)
+        ui = self.ui
+        ui.begin()
+        self._status.draw(ui, state, edits.scene.render.max_delta_e)
+        self._history(edits)
+        right = self._proposals.right
+        if right:
+            self._side_banner()
+        if self._section("Scenes"):
+            self._gallery.draw(ui, edits, state)
+        for title, keys in _sections(type(edits.scene)).items():
+            if self._section(title, self._heading(title)):
+                self._scene_section(title, keys, edits, state)
+        if self._section("Keep"):
+            self._keep.draw(ui, edits)
+        if right:
+            imgui.pop_style_color(len(_RIGHT_COLOURS))
+        ui.end()
+
+    # --- head ---------------------------------------------------------------------------------
+
+    def _history(self, edits: Edits) -> None:
+        ui = self.ui
+        width = (ui.right_edge - ui.left - ui.gap) / 2
+        for name, keys, can, do in (
+            ("Undo", "Ctrl+Z", edits.can_undo, self._actions.undo),
+            ("Redo", "Ctrl+Shift+Z", edits.can_redo, self._actions.redo),
+        ):
+            if name == "Redo":
+                imgui.same_line(0.0, ui.gap)
+            imgui.begin_disabled(not can)
+            if imgui.button(f"{name} ({keys})", (width, 0.0)):
+                ui.forget()
+                do()
+            imgui.end_disabled()
+            ui.note(name)
+
+    def _side_banner(self) -> None:
+        for colour, value in _RIGHT_COLOURS.items():
+            imgui.push_style_color(colour, value)
+        imgui.push_style_color(imgui.Col_.text, look.RIGHT)
+        imgui.text("Changes go to the right side of the picture.")
+        imgui.pop_style_color()
+
+    def _section(self, title: str, shown: str = "") -> bool:
+        flags = imgui.TreeNodeFlags_.default_open if title in _OPEN else 0
+        is_open = imgui.collapsing_header(f"{shown or title}###{title}", flags)
+        self.ui.note(f"section/{title}")
+        return is_open
+
+    def _heading(self, title: str) -> str:
+        """Give a section's heading: that of the lights tells of which kind they are."""
+        if title != "Sun":
+            return title
+        found = {str(light.type) for light in self._proposals.scene.light}
+        return "Sun" if found == {"sun"} else "Lamps" if found == {"point"} else "Sun and lamps"
+
+    # --- the scene ----------------------------------------------------------------------------
+
+    def _scene_section(
+        self, title: str, keys: tuple[Row, ...], edits: Edits, state: ViewState
+    ) -> None:
+        scene, origin = self._proposals.scene, self._proposals.origin
+        if title == "Sun":
+            self._sun(scene)
+        if title == "Picture":
+            self._view(state)
+        for row in keys:
+            if row.name == "compare":
+                self._compare(edits, state)
+            else:
+                before = getattr(origin, row.name, None)
+                self._tables.row(row, getattr(scene, row.name), before)
+
+    def _sun(self, scene: Scene) -> None:
+        for number, light in enumerate(scene.light):
+            if light.type == "sun":
+                self.sun.draw(self.ui, f"light.{number}", self._proposals.change)
+                return
+
+    # --- the picture --------------------------------------------------------------------------
+
+    def _view(self, state: ViewState) -> None:
+        """Draw how the scene is shown, which is not in the scene."""
+        ui = self.ui
+
+        def set_method(value: object, gesture: object) -> str:
+            state.method = next(m for m in _METHODS if m == value)
+            return ""
+
+        if ui.begin_row(_METHOD, False):
+            ui.label(_METHOD.label)
+            widgets.choice(ui, _METHOD.path, state.method, _METHODS, ui.value_width, set_method)
+            ui.end_row()
+        self._exposure(state)
+
+        def set_fps(value: object, gesture: object) -> str:
+            if not isinstance(value, int | float) or not 1.0 <= value <= 1000.0:
+                return f"{value}; must be a number, 1..1000"
+            state.target_fps = float(value)
+            return ""
+
+        self._number(_FPS, state.target_fps, set_fps)
+        for name, (key, what) in OVERLAYS.items():
+            row = _overlay_row(name, key, what)
+            if not ui.begin_row(row, False):
+                continue
+            changed, on = imgui.checkbox(f"{row.label}##{row.path}", name in state.overlays)
+            ui.note(row.path)
+            if changed:
+                (state.overlays.add if on else state.overlays.discard)(name)
+            ui.end_row()
+
+    def _exposure(self, state: ViewState) -> None:
+        ui = self.ui
+        frame_ev = state.frame.exposure_ev if state.frame is not None else 15.0
+
+        def set_auto(value: object, gesture: object) -> str:
+            state.exposure_ev = None if value else round(frame_ev, 1)
+            return ""
+
+        def set_ev(value: object, gesture: object) -> str:
+            if not isinstance(value, int | float) or not abs(value) <= EV_LIMIT:
+                return f"{value}; must be a number, -{EV_LIMIT:g}..{EV_LIMIT:g}"
+            state.exposure_ev = float(value)
+            return ""
+
+        if ui.begin_row(_AUTO, False):
+            ui.label(_AUTO.label)
+            automatic = state.exposure_ev is None
+            text = f"now {shown_number(round(frame_ev, 1))} EV" if automatic else ""
+            widgets.flag(ui, _AUTO.path, automatic, set_auto, text)
+            ui.end_row()
+        if state.exposure_ev is not None:
+            self._number(_EXPOSURE, state.exposure_ev, set_ev)
+
+    def _number(self, row: Row, value: float, set_value: Set) -> None:
+        ui = self.ui
+        if ui.begin_row(row, False):
+            ui.label(row.label)
+
+            def put_back(before: float) -> None:
+                set_value(before, None)
+
+            widgets.number(
+                ui, row.path, value, ui.value_width, set_value, row.slide, unit=row.unit,
+                put_back=put_back,
+            )  # fmt: skip
+            ui.end_row()
+
+    def _compare(self, edits: Edits, state: ViewState) -> None:
+        ui = self.ui
+        compare = edits.scene.compare
+        if ui.begin_row(_SPLIT, False):
+            changed, on = imgui.checkbox(f"{_SPLIT.label}##split", compare is not None)
+            ui.note(_SPLIT.path)
+            if changed:
+                self._actions.split(on)
+            ui.end_row()
+        if compare is None:
+            return
+        if ui.begin_row(_SIDE, False):
+            ui.label(_SIDE.label)
+            for side in ("left", "right"):
+                if imgui.radio_button(f"{side}##side", state.side == side):
+                    state.side = "left" if side == "left" else "right"
+                ui.note(f"{_SIDE.path}/{side}")
+                imgui.same_line()
+            imgui.new_line()
+            ui.end_row()
+        origin = edits.opened.scene.compare
+        for row in rows_of("compare", type(compare)):
+            value = getattr(compare, row.name)
+            before = value if origin is None else getattr(origin, row.name)
+            if f"compare.{row.name}" == RIGHT:
+                if ui.begin_row(row, False):
+                    ui.label(row.label)
+                    imgui.text_disabled("differs in" if value else "is as the left")
+                    self._tables.overrides(value)
+                    ui.end_row()
+            else:
+                self._tables.row(row, value, before)
+
+
+_RIGHT_COLOURS = {
+    imgui.Col_.header: look.RIGHT_HEADER,
+    imgui.Col_.slider_grab: look.RIGHT_GRAB,
+    imgui.Col_.slider_grab_active: look.RIGHT,
+    imgui.Col_.check_mark: look.RIGHT,
+}
+
+
+class _Keep:
+    """Saves frames and scenes, under names that can be typed."""
+
+    def __init__(self, actions: Actions) -> None:
+        self._actions = actions
+        self._names: dict[str, str] = {}
+        self._suffixes = {".exr": True, ".png": True}
+
+    def draw(self, ui: Ui, edits: Edits) -> None:
+        """Draw the fields and buttons."""
+        stem = Path(edits.opened.name or "default").stem
+        frame, scene = _FRAME_NAME, _SCENE_NAME
+        file = edits.opened.file
+        self._field(ui, frame, stem)
+        for suffix, on in self._suffixes.items():
+            self._suffixes[suffix] = imgui.checkbox(f"{suffix}##keep", on)[1]
+            ui.note(f"keep/{suffix}")
+            imgui.same_line()
+        imgui.set_cursor_pos_x(ui.value_x)
+        chosen = tuple(suffix for suffix, on in self._suffixes.items() if on)
+        imgui.begin_disabled(not chosen)
+        if imgui.button("Save frame", (ui.value_width, 0.0)):
+            name = _without_suffix(self._names.get(frame.path, stem))
+            self._actions.save_frame(tuple(f"{name}{suffix}" for suffix in chosen))
+        imgui.end_disabled()
+        ui.note("keep/save frame")
+        self._field(ui, scene, str(file) if file else f"{stem}.toml")
+        imgui.set_cursor_pos_x(ui.value_x)
+        if imgui.button("Save scene", (ui.value_width, 0.0)):
+            default = str(file) if file else f"{stem}.toml"
+            self._actions.save_scene(self._names.get(scene.path, default))
+        ui.note("keep/save scene")
+        if imgui.button("Copy command", (ui.right_edge - ui.left, 0.0)):
+            self._actions.copy_command()
+        ui.note("keep/copy command")
+        imgui.set_item_tooltip("The command line that makes this picture again (Ctrl+C)")
+
+    def _field(self, ui: Ui, row: Row, default: str) -> None:
+        def take(value: object, gesture: object) -> str:
+            self._names[row.path] = str(value).strip()
+            return ""
+
+        if ui.begin_row(row, False):
+            ui.label(row.label)
+            widgets.text(ui, row.path, self._names.get(row.path, default), ui.value_width, take)
+            ui.end_row()
+
+
+_FRAME_NAME = own_row(
+    "keep.frame",
+    "frame",
+    "where the picture is written, without the ending: radiance as .exr, what the screen shows as "
+    ".png; at the scene's own size (Ctrl+E takes a free name)",
+    option="-o FILE",
+)
+_SCENE_NAME = own_row("keep.scene", "scene", "where the scene is written, as .toml (Ctrl+S)")
+
+
+def _without_suffix(name: str) -> str:
+    return name[:-4] if name.lower().endswith((".exr", ".png")) else name
+
+
+def _overlay_row(name: str, key: str, what: str) -> Row:
+    row = _overlay_rows.get(name)
+    if row is None:
+        short = what.partition(":")[0].partition(",")[0]
+        row = _overlay_rows[name] = own_row(f"view.overlays.{name}", f"{short} ({key})", what)
+    return row
+
+
+_overlay_rows: dict[str, Row] = {}
+
+
+_found_sections: dict[type[Scene], dict[str, tuple[Row, ...]]] = {}
+
+
+def _sections(model: type[Scene]) -> Mapping[str, tuple[Row, ...]]:
+    """Give the scene's rows by section, in the panel's order."""
+    found = _found_sections.get(model)
+    if found is None:
+        lists: dict[str, list[Row]] = {title: [] for title in dict.fromkeys(_SECTIONS.values())}
+        for row in rows_of("", model):
+            title = _SECTIONS.get(row.name, row.label.capitalize())
+            lists.setdefault(title, []).append(row)
+        found = _found_sections[model] = {title: tuple(rows) for title, rows in lists.items()}
+    return found
+
+
+def draw_help(state: ViewState) -> None:
+    """Draw the window that lists the keys; its cross closes it.
+
+    Args:
+        state: of the window.
+    """
+    display = imgui.get_io().display_size
+    middle = (0.5 * display.x, 0.5 * display.y)
+    imgui.set_next_window_pos(middle, imgui.Cond_.appearing, (0.5, 0.5))
+    flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_collapse
+    shown, is_open = imgui.begin("Keys", True, flags)
+    state.help_open = bool(is_open)
+    if shown and imgui.begin_table("keys", 2):
+        for key, what in (*_KEYS, *OVERLAYS.values()):
+            imgui.table_next_row()
+            imgui.table_next_column()
+            imgui.push_style_color(imgui.Col_.text, look.ACCENT)
+            imgui.text(key)
+            imgui.pop_style_color()
+            imgui.table_next_column()
+            imgui.text(what)
+        imgui.end_table()
+    imgui.end()

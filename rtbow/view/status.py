@@ -1,0 +1,95 @@
+"""The head of the panel: how the picture is drawn, how long it takes, and what is wrong."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+from imgui_bundle import imgui
+
+from rtbow.view import look
+from rtbow.view.state import ViewState
+from rtbow.view.ui import Ui
+
+_WINDOW_S = 1.0
+"""Over which frames are counted."""
+_PATIENCE_S = 0.25
+"""Until a picture that is waited for is told of."""
+
+
+class Status:
+    """Draws the head; remembers when frames came."""
+
+    def __init__(self) -> None:
+        self._frames: deque[tuple[float, int]] = deque()
+
+    def draw(self, ui: Ui, state: ViewState, max_delta_e: float) -> None:
+        """Draw it.
+
+        Args:
+            ui: of the frame.
+            state: of the window.
+            max_delta_e: the error that method fast keeps.
+        """
+        self._numbers(ui, state, max_delta_e)
+        self._work(state)
+        if state.stale:
+            _wrapped(ui, f"The last good picture: {state.stale}", look.WARNING)
+        for number, notice in enumerate(list(state.notices)):
+            error = notice.severity == "error"
+            if error:
+                if imgui.button(f"x##notice {number}", (ui.row_height, ui.row_height)):
+                    state.notices.remove(notice)
+                ui.note(f"notice/{number}/close")
+                imgui.same_line()
+            _wrapped(ui, notice.text, look.ERROR if error else look.GOOD)
+
+    def _numbers(self, ui: Ui, state: ViewState, max_delta_e: float) -> None:
+        frame = state.frame
+        if frame is None:
+            imgui.text_disabled("no picture yet")
+            return
+        imgui.push_style_color(imgui.Col_.text, look.ACCENT)
+        imgui.text(frame.method)
+        imgui.pop_style_color()
+        imgui.same_line()
+        parts = [f"{1e3 * frame.seconds:.3g} ms"]
+        fps = self._fps(state)
+        if fps is not None:
+            parts.append(f"{fps:.0f} fps")
+        parts.append(f"scale {100 * state.scale:.0f} %")
+        if frame.method == "fast":
+            parts.append(f"error ≤ {max_delta_e:.3g} ΔE")
+        imgui.text(" · ".join(parts))
+        imgui.text_disabled(ui.cut(frame.renderer))
+        if state.method == "auto" and frame.unsuited:
+            _wrapped(ui, f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
+
+    def _fps(self, state: ViewState) -> float | None:
+        """Frames in the last second; None while the picture stands still."""
+        now = imgui.get_time()
+        frames = self._frames
+        frames.append((now, state.frames_shown))
+        while len(frames) > 1 and now - frames[0][0] > _WINDOW_S:
+            frames.popleft()
+        begun, first = frames[0]
+        moving = state.frames_shown - first >= 2
+        return (state.frames_shown - first) / (now - begun) if moving and now > begun else None
+
+    def _work(self, state: ViewState) -> None:
+        """Draw the bar of what takes long."""
+        if state.progress is not None:
+            share, what = state.progress
+            imgui.progress_bar(share, (-1.0, 0.0), f"{what} {100 * share:.0f} %")
+        elif state.waiting_since_s is not None:
+            waited = time.perf_counter() - state.waiting_since_s
+            if waited > _PATIENCE_S:
+                imgui.progress_bar(-waited, (-1.0, 0.0), f"rendering, {waited:.1f} s")
+
+
+def _wrapped(ui: Ui, text: str, colour: imgui.ImVec4) -> None:
+    imgui.push_style_color(imgui.Col_.text, colour)
+    imgui.push_text_wrap_pos(ui.right_edge)
+    imgui.text(text)
+    imgui.pop_text_wrap_pos()
+    imgui.pop_style_color()

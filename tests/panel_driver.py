@@ -1,0 +1,257 @@
+"""A panel without a window: drawn on EGL, driven by events as a person's hands make them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from imgui_bundle import imgui
+
+from rtbow.context import GlContext
+from rtbow.errors import InputError
+from rtbow.scene_file import load_scene
+from rtbow.view import look
+from rtbow.view.edits import Edits, Opened
+from rtbow.view.imgui_render import ImguiRenderer
+from rtbow.view.panel import Panel, draw_help
+from rtbow.view.state import ViewState
+
+FRAME_S = 1.0 / 60.0
+WIDTH = 340
+KEY = imgui.Key
+SECTIONS = ("Scenes", "Sun", "Drops", "Air", "Theory", "Camera", "Picture", "Keep")
+
+
+@dataclass
+class Recorded:
+    """Does what the window does with the scene, and remembers what else was asked for."""
+
+    edits: Edits
+    state: ViewState
+    asked: list[tuple[str, object]] = field(default_factory=list)
+
+    def change(self, changes: dict[str, object], gesture: object = None) -> str:
+        try:
+            self.edits.change(changes, gesture)
+        except InputError as error:
+            return str(error)
+        return ""
+
+    def reset(self, key: str) -> str:
+        try:
+            self.edits.reset(key)
+        except InputError as error:
+            return str(error)
+        return ""
+
+    def undo(self) -> None:
+        self.edits.undo()
+
+    def redo(self) -> None:
+        self.edits.redo()
+
+    def open_scene(self, name_or_path: str) -> None:
+        self.asked.append(("open", name_or_path))
+
+    def save_scene(self, path: str) -> None:
+        self.asked.append(("scene", path))
+
+    def save_frame(self, paths: tuple[str, ...]) -> None:
+        self.asked.append(("frame", paths))
+
+    def copy_command(self) -> None:
+        self.asked.append(("command", self.edits.command()))
+
+    def split(self, on: bool) -> None:
+        self.asked.append(("split", on))
+        if on:
+            self.edits.change({"compare": {"right": {}}})
+        else:
+            self.edits.change({"compare": None})
+            self.state.side = "left"
+
+
+class Stage:
+    """A panel of a scene on a screen of its own.
+
+    Args:
+        gl: a current context.
+        edits: the scene.
+        height: of the screen, which the panel fills.
+    """
+
+    def __init__(self, gl: GlContext, edits: Edits, height: int = 4000, width: int = WIDTH) -> None:
+        imgui.create_context()
+        look.apply()
+        self.size = (width, height)
+        self.io = imgui.get_io()
+        self.io.set_ini_filename("")
+        self.io.display_size = imgui.ImVec2(*self.size)
+        self.io.delta_time = FRAME_S
+        self.painter = ImguiRenderer(gl)
+        self.target = gl.ctx.framebuffer([gl.ctx.texture(self.size, 4)])
+        self.state = ViewState()
+        self.actions = Recorded(edits, self.state)
+        self.panel = Panel(self.actions)
+        self.panel.ui.seen = {}
+        self.mouse(-100.0, -100.0)
+        self.frames(3)
+
+    @property
+    def edits(self) -> Edits:
+        return self.actions.edits
+
+    @property
+    def seen(self) -> dict[str, tuple[float, float, float, float]]:
+        """Rectangles of the widgets of the last frame."""
+        assert self.panel.ui.seen is not None
+        return self.panel.ui.seen
+
+    def frames(self, count: int = 1) -> None:
+        """Draw."""
+        for _ in range(count):
+            self.panel.ui.seen = {}
+            imgui.new_frame()
+            if self.state.help_open:
+                draw_help(self.state)
+            imgui.set_next_window_pos(imgui.ImVec2(0.0, 0.0))
+            imgui.set_next_window_size(imgui.ImVec2(*self.size))
+            flags = imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_resize
+            flags |= imgui.WindowFlags_.no_title_bar | imgui.WindowFlags_.no_background
+            imgui.begin("rtbow", None, flags)
+            self.panel.draw(self.edits, self.state)
+            imgui.end()
+            imgui.render()
+
+    def paint(self) -> np.ndarray:
+        """Give the picture of the last frame, (h, w, 3)."""
+        self.target.scissor = None
+        self.target.clear(*look.BACKGROUND)
+        self.painter.render(imgui.get_draw_data(), self.target)
+        data = self.target.read(components=3, alignment=1)
+        return np.frombuffer(data, np.uint8).reshape(self.size[1], self.size[0], 3)[::-1]
+
+    def screenshot(self, path: Path) -> None:
+        """Write the picture of the last frame."""
+        from PIL import Image
+
+        Image.fromarray(np.ascontiguousarray(self.paint())).save(path)
+
+    # --- hands --------------------------------------------------------------------------------
+
+    def mouse(self, x: float, y: float) -> None:
+        self.io.add_mouse_pos_event(x, y)
+
+    def button(self, down: bool, number: int = 0) -> None:
+        self.io.add_mouse_button_event(number, down)
+
+    def at(self, path: str, share: float = 0.5) -> tuple[float, float]:
+        """A point in a widget, a share of its width from the left."""
+        left, top, right, bottom = self.seen[path]
+        return left + share * (right - left), 0.5 * (top + bottom)
+
+    def hover(self, path: str, share: float = 0.5) -> None:
+        self.mouse(*self.at(path, share))
+        self.frames(2)
+
+    def click(self, path: str, share: float = 0.5, number: int = 0) -> None:
+        """Click once, long after any click before."""
+        self.frames(30)
+        self.hover(path, share)
+        self.press(number)
+
+    def press(self, number: int = 0) -> None:
+        self.button(True, number)
+        self.frames()
+        self.button(False, number)
+        self.frames(2)
+
+    def double_click(self, path: str, share: float = 0.5) -> None:
+        self.click(path, share)
+        self.press()
+
+    def drag(self, path: str, start: float, end: float, steps: int = 6) -> None:
+        """Drag over a widget, from and to a share of its width."""
+        self.frames(30)
+        self.hover(path, start)
+        (x0, y), (x1, _) = self.at(path, start), self.at(path, end)
+        self.button(True)
+        self.frames()
+        for step in range(1, steps + 1):
+            self.mouse(x0 + (x1 - x0) * step / steps, y)
+            self.frames()
+        self.button(False)
+        self.frames(2)
+
+    def key(self, key: imgui.Key, *, control: bool = False) -> None:
+        self.frames(3)  # a field that has just got the keyboard hears it then
+        if control:
+            self.io.add_key_event(KEY.mod_ctrl, True)
+        self.io.add_key_event(key, True)
+        self.frames()
+        self.io.add_key_event(key, False)
+        self.io.add_key_event(KEY.mod_ctrl, False)
+        self.frames(2)
+
+    def type(self, text: str) -> None:
+        """Type over what is selected."""
+        self.frames(3)
+        self.io.add_input_characters_utf8(text)
+        self.frames(2)
+
+    def enter(self, path: str, text: str) -> None:
+        """Double-click on a number, and type another."""
+        self.double_click(path)
+        self.frames(2)
+        self.type(text)
+        self.key(KEY.enter)
+
+    def tip(self, path: str) -> list[str]:
+        """The help that comes when the mouse rests on a widget."""
+        self.hover(path)
+        self.frames(40)
+        hot = self.panel.ui.tip_shown
+        return hot
+
+    def open_all(self) -> None:
+        """Open every section."""
+        for name in [key for key in self.seen if key.startswith("section/")]:
+            before = len(self.seen)
+            self.click(name)
+            if len(self.seen) < before:
+                self.click(name)
+
+
+@contextmanager
+def staged(
+    gl: GlContext, name: str = "uniform", height: int = 4000, changes: dict | None = None, **options
+) -> Iterator[Stage]:
+    """Put a scene's panel on a stage."""
+    scene = load_scene(name, changes)
+    stage = Stage(gl, Edits(Opened(scene, name)), height, **options)
+    try:
+        yield stage
+    finally:
+        stage.panel.close()
+        for texture in imgui.get_platform_io().textures:
+            texture.set_tex_id(0)
+            texture.set_status(imgui.ImTextureStatus.destroyed)
+        imgui.destroy_context()
+
+
+def timed(stage: Stage, count: int = 100) -> tuple[float, float]:
+    """Give the median milliseconds of putting a frame together, and of drawing it."""
+    build, draw = [], []
+    for _ in range(count):
+        begun = time.perf_counter()
+        stage.frames()
+        between = time.perf_counter()
+        stage.painter.render(imgui.get_draw_data(), stage.target)
+        stage.target.ctx.finish()
+        build.append(between - begun)
+        draw.append(time.perf_counter() - between)
+    return 1e3 * float(np.median(build)), 1e3 * float(np.median(draw))
