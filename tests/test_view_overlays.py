@@ -164,6 +164,33 @@ def test_no_part_of_a_lamps_bow_is_missed(name):
             assert np.median(gaps) < 2.5
 
 
+def test_lamp_bows_lie_on_the_rain(rng):
+    points, off = 0, []
+    for _ in range(150):
+        scene, view = shown(
+            "street-lamp",
+            camera__position_m=rng.uniform([-90.0, -20.0, 0.0], [90.0, 110.0, 60.0]).tolist(),
+            camera__azimuth_deg=float(rng.uniform(-180.0, 180.0)),
+            camera__altitude_deg=float(rng.uniform(-60.0, 60.0)),
+            camera__fov_deg=float(rng.uniform(20.0, 150.0)),
+        )
+        box, eye = np.array(scene.droplets.box_m), np.array(scene.camera.position_m)
+        for overlay in lamp_bows(scene, view, box):
+            for line in overlay.lines:
+                rays = view.directions(line)
+                enter, leave = brute_span(eye, rays, box)
+                assert np.all(enter < leave)
+                drop = (enter if "near" in overlay.label else leave)[:, None] * rays
+                to_lamp = np.array(scene.light[0].position_m) - eye - drop
+                angle = angle_deg(to_lamp / np.linalg.norm(to_lamp, axis=1)[:, None], rays)
+                order = 1 if "primary" in overlay.label else 2
+                off += list(np.abs(angle - descartes_deg(scene, order, overlay.wavelength_nm)))
+                points += len(line)
+    assert points > 1000
+    # What is off lies in the last cell before the box's outline, where the angle changes at once.
+    assert np.quantile(off, 0.98) < 1e-3
+
+
 def filled(line):
     """Points along a line, two pixels apart."""
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
