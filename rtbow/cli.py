@@ -33,6 +33,7 @@ from rtbow.cli_options import (
 )
 from rtbow.constants import SUN_DIAMETER_DEG
 from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.view_cli import view
 
 if TYPE_CHECKING:
     from rtbow.renderer import Method, Renderer
@@ -215,6 +216,7 @@ def info() -> None:
 rtbow.add_command(animate)
 rtbow.add_command(bench)
 rtbow.add_command(chart)
+rtbow.add_command(view)
 
 
 @rtbow.group()

@@ -32,6 +32,9 @@ _NICE = 5
 """So that the window comes first where cores are few."""
 _BUFFERS = 3
 """Frames in shared memory: one shown, one on its way, one being written."""
+_LAST_WORDS_S = 2.0
+_REST_S = 0.3
+"""Without requests, after which the renderer prepares for moves."""
 _GAP_S = 0.05
 """Between two reports of progress."""
 _EXPOSURE_STRIDE = 3
@@ -162,13 +165,16 @@ class Worker:
         backend: how the process gets a GL context.
 
     Usable as a context manager.
+
+    Attributes:
+        pending: numbers of requests that are not yet done.
     """
 
     def __init__(self, backend: Backend = "auto") -> None:
         self._backend = backend
         self._number = 0
         self._memories: dict[str, SharedMemory] = {}
-        self._pending: set[int] = set()
+        self.pending: set[int] = set()
         self._start()
 
     def _start(self) -> None:
@@ -183,7 +189,7 @@ class Worker:
     @property
     def busy(self) -> bool:
         """Whether a request is not yet done."""
-        return bool(self._pending)
+        return bool(self.pending)
 
     def next_number(self) -> int:
         """Give a number for a request."""
@@ -192,7 +198,7 @@ class Worker:
 
     def send(self, request: Request) -> None:
         """Hand a request over; replies come by :meth:`replies`."""
-        self._pending.add(request.number)
+        self.pending.add(request.number)
         # If the process has gone, replies() tells, and starts another.
         with suppress(BrokenPipeError, ConnectionError):
             self._pipe.send(request)
@@ -207,10 +213,10 @@ class Worker:
                     reply = self._placed(reply)
                 if not isinstance(reply, Progressed):
                     # Frames before it were superseded.
-                    self._pending = {n for n in self._pending if n > reply.number}
+                    self.pending = {n for n in self.pending if n > reply.number}
                 found.append(reply)
         except (EOFError, ConnectionError):
-            lost = max(self._pending, default=0)
+            lost = max(self.pending, default=0)
             self._end()
             self._start()
             found.append(
@@ -235,13 +241,16 @@ class Worker:
         )  # fmt: skip
 
     def _end(self) -> None:
-        self._pending.clear()
+        self.pending.clear()
         self._pipe.close()
-        self._process.terminate()
-        self._process.join(5.0)
         for memory in self._memories.values():
             _forget(memory)
         self._memories.clear()
+        # It ends by itself when it next looks at the pipe, and releases the memory.
+        self._process.join(_LAST_WORDS_S)
+        if self._process.is_alive():
+            self._process.terminate()
+            self._process.join(_LAST_WORDS_S)
 
     def close(self) -> None:
         """End the process; a second call does nothing."""
@@ -302,11 +311,14 @@ class _Server:
         self._ring = _Ring()
         self._renderer: Renderer | None = None
         self._reported = 0.0
+        self._resting = False
 
     def serve(self) -> None:
         """Do what is asked for until the window goes."""
         try:
             while True:
+                if not self._waiting and not self._pipe.poll(_REST_S):
+                    self._prepare_moves()
                 self._receive(block=not self._waiting)
                 request = self._waiting.pop(0)
                 try:
@@ -322,6 +334,13 @@ class _Server:
             pass
         finally:
             self._close()
+
+    def _prepare_moves(self) -> None:
+        """Make the tables that moves of camera and light take, before somebody waits for them."""
+        if self._renderer is not None and self._resting:
+            self._resting = False
+            with suppress(RtbowError):  # it will be said when it is asked for
+                self._renderer.show(self._renderer.scene)
 
     def _receive(self, *, block: bool) -> None:
         """Take over what has come; a newer frame replaces one that waits."""
@@ -360,6 +379,7 @@ class _Server:
         )  # fmt: skip
         size_px = rgb.shape[1], rgb.shape[0]
         self._pipe.send(_Placed(frame, self._ring.put(rgb), size_px))
+        self._resting = True
 
     def _shown(self, scene: Scene) -> Renderer:
         from rtbow.renderer import Renderer  # slow to import: the process answers before

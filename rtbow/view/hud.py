@@ -1,0 +1,315 @@
+"""What stands over the picture: overlays, the split bar, and what is under the cursor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from imgui_bundle import imgui, implot
+
+from rtbow.arrays import Array, Float32
+from rtbow.scene import Scene
+from rtbow.view import look
+from rtbow.view.overlays import Overlay, box_of, overlays
+from rtbow.view.readout import PixelReadout, Profile, profile, read_pixel, text_of
+from rtbow.view.state import ViewState
+
+if TYPE_CHECKING:
+    from rtbow.view.edits import Edits
+
+Area = tuple[float, float, float, float]
+"""Left, top, width and height in the window's units."""
+
+_FLAGS = (
+    imgui.WindowFlags_.no_decoration
+    | imgui.WindowFlags_.no_inputs
+    | imgui.WindowFlags_.no_saved_settings
+    | imgui.WindowFlags_.no_focus_on_appearing
+    | imgui.WindowFlags_.no_nav
+    | imgui.WindowFlags_.always_auto_resize
+)
+_BAR_REACH = 6.0
+"""Half width of the split bar's handle."""
+_PLOT_SIZE = (320.0, 170.0)
+_PROFILE_POINTS = 256
+_LEGEND = (180.0, 12.0)
+_NAME_WIDTH = 140.0
+_COLOURS = {
+    "bow": (0.55, 0.85, 1.0, 0.9), "horizon": (1.0, 0.9, 0.5, 0.9), "grid": (1.0, 1.0, 1.0, 0.28),
+    "box": (0.6, 1.0, 0.6, 0.7), "light": (1.0, 0.9, 0.4, 1.0), "antisolar": (1.0, 1.0, 1.0, 0.9),
+}  # fmt: skip
+_RED_NM = 600.0
+_RED_LINE = (1.0, 0.45, 0.4, 0.9)
+_VIOLET_LINE = (0.6, 0.6, 1.0, 0.9)
+
+
+class Host(Protocol):
+    """What is needed of the window."""
+
+    edits: Edits
+    state: ViewState
+    frame_rgb: Float32 | None
+
+    def change(self, changes: dict[str, object], gesture: object = None) -> str:
+        """Replace values of the scene."""
+
+    def take_spectrum(self, scene: Scene, direction: tuple[float, float, float]) -> None:
+        """Have the spectrum along a direction computed."""
+
+    def false_range(self) -> tuple[float, float] | None:
+        """Give log10 of the luminances at the ends of the false colours."""
+
+
+@dataclass
+class _Mark:
+    """A chosen point of the picture."""
+
+    at: tuple[float, float]
+    scene: Scene
+    profile: Profile | None
+
+
+class Hud:
+    """Draws over the picture; all places are the window's, from its upper left corner."""
+
+    def __init__(self) -> None:
+        self._dragging = False
+        self._mark: _Mark | None = None
+        self._lines: tuple[object, list[Overlay]] = (None, [])
+        self._read: tuple[object, PixelReadout | None] = (None, None)
+
+    def box_m(self, scene: Scene) -> Array:
+        """Give the rain's corners (2, 3); about the eye where a file does not tell."""
+        box = box_of(scene.droplets)
+        if box is not None:
+            return box
+        eye = np.array(scene.camera.position_m)
+        return np.stack([eye - 500.0, eye + 500.0])
+
+    def drag_bar(self, host: Host, area: Area, inside: bool) -> bool:
+        """Let the mouse drag the split bar; give whether it does."""
+        compare = host.edits.scene.compare
+        if compare is None:
+            self._dragging = False
+            return False
+        mouse = imgui.get_io().mouse_pos
+        near = abs(mouse.x - (area[0] + compare.split * area[2])) <= _BAR_REACH and inside
+        if near or self._dragging:
+            imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
+        if near and imgui.is_mouse_clicked(0):
+            self._dragging = True
+        if not self._dragging:
+            return False
+        if not imgui.is_mouse_down(0):
+            self._dragging = False
+            host.edits.end_gesture()
+            return True
+        split = min(max((mouse.x - area[0]) / area[2], 0.0), 1.0)
+        host.change({"compare.split": split}, "split")
+        return True
+
+    def mark(self, host: Host, area: Area) -> None:
+        """Choose the point under the mouse: its spectrum and the profile through it are shown."""
+        frame = host.state.frame
+        if frame is None or host.frame_rgb is None:
+            return
+        mouse = imgui.get_io().mouse_pos
+        place = mouse.x - area[0], mouse.y - area[1]
+        rgb, size = host.frame_rgb, (round(area[2]), round(area[3]))
+        along = profile(rgb, frame.scene, size, place, _PROFILE_POINTS)
+        self._mark = _Mark(place, frame.scene, along)
+        reading = read_pixel(rgb, frame.scene, size, place)
+        east, north, up = (float(x) for x in reading.direction)
+        host.take_spectrum(reading.scene, (east, north, up))
+
+    def unmark(self) -> None:
+        """Forget the chosen point."""
+        self._mark = None
+
+    def draw(self, host: Host, area: Area) -> None:
+        """Draw all that is on."""
+        canvas = imgui.get_background_draw_list()
+        low = imgui.ImVec2(area[0], area[1])
+        high = imgui.ImVec2(area[0] + area[2], area[1] + area[3])
+        canvas.push_clip_rect(low, high, True)
+        frame = host.state.frame
+        if frame is not None:
+            self._draw_overlays(canvas, host, frame.scene, area)
+        self._draw_bar(canvas, host, area)
+        self._draw_mark(canvas, area)
+        canvas.pop_clip_rect()
+        self._draw_legend(host, area)
+        self._draw_notes(host, area)
+        if frame is not None and host.state.readout_open:
+            self._draw_readout(host, area)
+        if self._mark is not None:
+            self._draw_plots(host, area)
+
+    # --- over the picture ---------------------------------------------------------------------
+
+    def _draw_overlays(
+        self, canvas: imgui.ImDrawList, host: Host, scene: Scene, area: Area
+    ) -> None:
+        names = host.state.overlays & {"circles", "grid", "box"}
+        if not names:
+            return
+        size = round(area[2]), round(area[3])
+        key = scene, size, frozenset(names)
+        if self._lines[0] != key:
+            self._lines = key, overlays(scene, size, names)
+        origin = np.array(area[:2])
+        for one in self._lines[1]:
+            colour = imgui.get_color_u32(_line_colour(one))
+            for line in one.lines:
+                points: list[Any] = [imgui.ImVec2(x, y) for x, y in (line + origin).tolist()]
+                canvas.add_polyline(points, colour, 1.2, 0)
+        for one in self._lines[1]:
+            if one.at is not None and one.label:
+                _label(canvas, area, one.at, one.label, _line_colour(one))
+
+    def _draw_bar(self, canvas: imgui.ImDrawList, host: Host, area: Area) -> None:
+        compare = host.edits.scene.compare
+        if compare is None:
+            return
+        x = area[0] + compare.split * area[2]
+        middle = area[1] + 0.5 * area[3]
+        white = imgui.get_color_u32(imgui.ImVec4(1.0, 1.0, 1.0, 0.8))
+        canvas.add_line(imgui.ImVec2(x, area[1]), imgui.ImVec2(x, area[1] + area[3]), white, 1.5)
+        canvas.add_circle_filled(imgui.ImVec2(x, middle), _BAR_REACH, white)
+
+    def _draw_mark(self, canvas: imgui.ImDrawList, area: Area) -> None:
+        if self._mark is None:
+            return
+        at = imgui.ImVec2(area[0] + self._mark.at[0], area[1] + self._mark.at[1])
+        canvas.add_circle(at, 5.0, imgui.get_color_u32(imgui.ImVec4(1.0, 1.0, 1.0, 1.0)))
+
+    def _draw_legend(self, host: Host, area: Area) -> None:
+        ends = host.false_range()
+        if ends is None:
+            return
+        width, height = _LEGEND
+
+        def content() -> None:
+            imgui.text("luminance, cd/m²")
+            canvas, at = imgui.get_window_draw_list(), imgui.get_cursor_screen_pos()
+            for k in range(int(width)):
+                colour = implot.sample_colormap(k / (width - 1.0), implot.Colormap_.viridis)
+                low = imgui.ImVec2(at.x + k, at.y)
+                high = imgui.ImVec2(at.x + k + 1.0, at.y + height)
+                canvas.add_rect_filled(low, high, imgui.get_color_u32(colour))
+            imgui.dummy(imgui.ImVec2(width, height))
+            imgui.text(f"{10.0 ** ends[0]:.2g}")
+            imgui.same_line(width - 36.0)
+            imgui.text(f"{10.0 ** ends[1]:.3g}")
+
+        _box("##legend", (area[0] + 8.0, area[1] + area[3] - 8.0), (0.0, 1.0), content)
+
+    def _draw_notes(self, host: Host, area: Area) -> None:
+        """What is wrong, and what goes on, where nobody can miss it."""
+        state = host.state
+
+        def content() -> None:
+            imgui.push_text_wrap_pos(max(area[2] - 40.0, 100.0))
+            if state.stale:
+                imgui.text_colored(look.ERROR, state.stale)
+            if state.progress is not None:
+                share, what = state.progress
+                imgui.progress_bar(share, imgui.ImVec2(220.0, 0.0), f"{what}: {share:.0%}")
+            for notice in state.notices:
+                colour = look.ERROR if notice.severity == "error" else look.TEXT
+                imgui.text_colored(colour, notice.text)
+            imgui.pop_text_wrap_pos()
+
+        if state.stale or state.progress is not None or state.notices:
+            _box("##notes", (area[0] + 0.5 * area[2], area[1] + 8.0), (0.5, 0.0), content)
+
+    # --- what is under the cursor -------------------------------------------------------------
+
+    def _draw_readout(self, host: Host, area: Area) -> None:
+        io, frame = imgui.get_io(), host.state.frame
+        place = io.mouse_pos.x - area[0], io.mouse_pos.y - area[1]
+        over = 0.0 <= place[0] < area[2] and 0.0 <= place[1] < area[3]
+        if io.want_capture_mouse or not over or frame is None or host.frame_rgb is None:
+            return
+        key = frame.number, place
+        if self._read[0] != key:
+            size = round(area[2]), round(area[3])
+            self._read = key, read_pixel(host.frame_rgb, frame.scene, size, place)
+        reading = self._read[1]
+        if reading is None:
+            return
+        lines = text_of(reading)
+
+        def content() -> None:
+            for name, value in lines:
+                imgui.text_colored(look.DIM, name)
+                imgui.same_line(_NAME_WIDTH)
+                imgui.text(value)
+
+        _box("##readout", (area[0] + 8.0, area[1] + 8.0), (0.0, 0.0), content)
+
+    def _draw_plots(self, host: Host, area: Area) -> None:
+        mark = self._mark
+        assert mark is not None
+        at = imgui.ImVec2(area[0] + area[2] - 8.0, area[1] + area[3] - 8.0)
+        imgui.set_next_window_pos(at, imgui.Cond_.appearing, imgui.ImVec2(1.0, 1.0))
+        flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
+        _, kept = imgui.begin("at the marked point", True, flags)
+        size = imgui.ImVec2(*_PLOT_SIZE)
+        if host.state.spectrum is None:
+            imgui.text("computing the spectrum …")
+        elif implot.begin_plot("spectral radiance", size, implot.Flags_.no_legend):
+            implot.setup_axes("nm", "W/(m² sr nm)", implot.AxisFlags_.auto_fit, _FIT)
+            nm, radiance = host.state.spectrum
+            implot.plot_line("spectrum", _contiguous(nm), _contiguous(radiance))
+            implot.end_plot()
+        if mark.profile is not None and implot.begin_plot(
+            "luminance through the point", size, implot.Flags_.no_legend
+        ):
+            implot.setup_axes("degrees from the antisolar point", "cd/m²", _FIT, _FIT)
+            implot.plot_line(
+                "profile", _contiguous(mark.profile.angle_deg), _contiguous(mark.profile.luminance)
+            )
+            implot.end_plot()
+        imgui.end()
+        if not kept:
+            self.unmark()
+
+
+_FIT = implot.AxisFlags_.auto_fit
+
+
+def _contiguous(values: Array) -> Array:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _line_colour(overlay: Overlay) -> imgui.ImVec4:
+    if overlay.kind == "bow" and overlay.wavelength_nm is not None:
+        return imgui.ImVec4(*(_RED_LINE if overlay.wavelength_nm > _RED_NM else _VIOLET_LINE))
+    return imgui.ImVec4(*_COLOURS[overlay.kind])
+
+
+def _label(
+    canvas: imgui.ImDrawList, area: Area, at: tuple[float, float], text: str, colour: imgui.ImVec4
+) -> None:
+    """Write a label beside a point, inside the picture, on a shadow that any ground shows."""
+    size = imgui.calc_text_size(text)
+    x = min(max(area[0] + at[0] + 4.0, area[0] + 2.0), area[0] + area[2] - size.x - 2.0)
+    y = min(max(area[1] + at[1] - size.y - 2.0, area[1] + 2.0), area[1] + area[3] - size.y - 2.0)
+    shadow = imgui.get_color_u32(imgui.ImVec4(0.0, 0.0, 0.0, 0.8))
+    canvas.add_text(imgui.ImVec2(x + 1.0, y + 1.0), shadow, text)
+    bright = imgui.ImVec4(colour.x, colour.y, colour.z, 1.0)
+    canvas.add_text(imgui.ImVec2(x, y), imgui.get_color_u32(bright), text)
+
+
+def _box(
+    name: str, at: tuple[float, float], pivot: tuple[float, float], content: Callable[[], None]
+) -> None:
+    """Draw a small box of text over the picture."""
+    imgui.set_next_window_pos(imgui.ImVec2(*at), imgui.Cond_.always, imgui.ImVec2(*pivot))
+    imgui.set_next_window_bg_alpha(0.72)
+    imgui.begin(name, None, _FLAGS)
+    content()
+    imgui.end()

@@ -1,0 +1,57 @@
+"""Notices files that change: scenes, what they name, and shaders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from rtbow.scene import Scene
+
+_PERIOD_S = 0.25
+
+
+class Watch:
+    """Looks at the times and sizes of files, four times a second.
+
+    Polling works on every system and network drive, and finds files that editors replace.
+    """
+
+    def __init__(self) -> None:
+        self._groups: dict[str, dict[Path, tuple[float, int]]] = {}
+        self._due_s = 0.0
+
+    def follow(self, group: str, paths: Iterable[Path]) -> None:
+        """Watch files under a name, from how they are now; in place of the group's before."""
+        self._groups[group] = {path: _stamp(path) for path in paths}
+
+    def changed(self, now_s: float) -> set[str]:
+        """Name the groups of which a file has changed since."""
+        if now_s < self._due_s:
+            return set()
+        self._due_s = now_s + _PERIOD_S
+        found = set()
+        for name, stamps in self._groups.items():
+            for path, before in stamps.items():
+                stamp = _stamp(path)
+                # One that is gone is being replaced.
+                if stamp != before and stamp != _GONE:
+                    stamps[path] = stamp
+                    found.add(name)
+        return found
+
+
+_GONE = (0.0, -1)
+
+
+def _stamp(path: Path) -> tuple[float, int]:
+    try:
+        status = path.stat()
+    except OSError:
+        return _GONE
+    return status.st_mtime_ns * 1e-9, status.st_size
+
+
+def files_of(scene: Scene) -> list[Path]:
+    """List the files that a scene names: its volume and its spectra."""
+    named = [scene.droplets.file, *(light.spectrum for light in scene.light)]
+    return [Path(name) for name in named if name and name.lower().endswith((".npz", ".csv"))]
