@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from rtbow.arrays import Float32, Progress, no_progress
+from rtbow.camera import picture_cone
 from rtbow.context import GlContext
 from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene, fast_scene
@@ -12,7 +13,7 @@ from rtbow.fast_settings import settings_for
 from rtbow.fast_sun import FastSun
 from rtbow.fast_volume import kind_of
 from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes
-from rtbow.parts import scene_parts
+from rtbow.parts import CONE_MARGIN, scene_parts
 from rtbow.scene import Scene
 
 
@@ -38,7 +39,7 @@ class FastPass:
         check_sizes(gl, scene.camera.size_px, parts.volume.shape)
         settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
         self._here = fast_scene(gl, scene, parts, settings)
-        self._still = _without_places(scene)
+        self._still, self._seen = _without_places(scene), scene
         self._target: FrameTarget | None = None
         self._roaming = False
         self._lights = _make_lights(self._here, progress, roaming=False)
@@ -46,7 +47,8 @@ class FastPass:
     def move(self, scene: Scene) -> bool:
         """Take over another scene, if it differs only in where camera and lights are, and in size.
 
-        The first move makes tables that serve other places, too; from then on moves are quick.
+        The first move to another place makes tables that serve all places; from then on moves are
+        quick. Another size alone never needs them.
 
         Returns:
             Whether it does; if not, nothing has changed.
@@ -59,20 +61,34 @@ class FastPass:
             return False
         check_sizes(self._here.gl, scene.camera.size_px, self._here.parts.volume.shape)
         here = self._here.moved(scene)
+        roaming = self._roaming or not _same_view(self._seen, scene)
         try:
-            lights = self._moved_lights(here)
+            lights = self._moved_lights(here, roaming)
         except Exception:
             for one in self._lights:
                 one.move(self._here)  # those before the one that could not be drawn there
             raise
-        self._here, self._lights, self._roaming = here, lights, True
+        self._here, self._lights, self._roaming = here, lights, roaming
         here.gl.ctx.gc()  # programs and textures that have been replaced
         return True
 
-    def _moved_lights(self, here: FastScene) -> list[FastSun | FastLamp]:
+    def prepare_moves(self) -> None:
+        """Make the tables that moves to other places take, if there are none yet.
+
+        Raises:
+            UnsuitedError: the method cannot draw the scene from everywhere.
+        """
         if not self._roaming:
-            return _make_lights(here, no_progress, roaming=True)
-        return [one if one.move(here) else one.anew(here) for one in self._lights]
+            self._lights = _make_lights(self._here, no_progress, roaming=True)
+            self._roaming = True
+            self._here.gl.ctx.gc()
+
+    def _moved_lights(self, here: FastScene, roaming: bool) -> list[FastSun | FastLamp]:
+        if roaming and self._roaming:
+            return [one if one.move(here) else one.anew(here) for one in self._lights]
+        if not roaming and all(one.move(here) for one in self._lights):
+            return self._lights
+        return _make_lights(here, no_progress, roaming=roaming)
 
     @property
     def texture_bytes(self) -> int:
@@ -115,6 +131,16 @@ def _make_lights(here: FastScene, progress: Progress, *, roaming: bool) -> list[
     suns = [FastSun(here, k, progress, roaming=roaming) for k in range(len(optics.suns))]
     lamps = [FastLamp(here, k, progress, roaming=roaming) for k in range(len(optics.lamps))]
     return [*suns, *lamps]
+
+
+def _same_view(baked: Scene, scene: Scene) -> bool:
+    """Whether a scene's picture has no angle that the tables baked for another lack."""
+    camera = scene.camera.model_copy(update={"size_px": baked.camera.size_px})
+    if camera != baked.camera or scene.light != baked.light:
+        return False
+    # Half of the margin is left to float32.
+    wider = picture_cone(scene.camera)[1] - picture_cone(baked.camera)[1]
+    return wider <= 0.5 * CONE_MARGIN
 
 
 def _without_places(scene: Scene) -> dict[str, Any]:

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     from rtbow.sections import Sections
 
 
+CONE_MARGIN = 2e-3
+"""Radians beyond a picture's corners that tables hold: for float32, and for the same view in another
+size, whose sides are rounded to whole pixels."""
+
+
 @dataclass(frozen=True)
 class Parts:
     """What a scene is made of, as the shader needs it.
@@ -97,11 +102,11 @@ def _rain(scene: Scene, optics: Optics, volume: DropletVolume) -> RainExtinction
 
 
 def cone_range(camera: Camera, sun: Sun) -> tuple[float, float]:
-    """Least and greatest scattering angle of a sun in the picture, rad."""
+    """Least and greatest scattering angle of a sun in the picture and ``CONE_MARGIN`` beyond it."""
     axis, cone = picture_cone(camera)
+    cone += CONE_MARGIN
     middle = float(np.arccos(np.clip(sun.direction @ axis, -1.0, 1.0)))
-    # A hair more, for float32.
-    return max(middle - cone - 1e-4, 0.0), min(middle + cone + 1e-4, np.pi)
+    return max(middle - cone, 0.0), min(middle + cone, np.pi)
 
 
 def scattering_range(camera: Camera, optics: Optics) -> tuple[float, float]:

@@ -153,6 +153,19 @@ class Renderer:
         if "auto" not in kept:
             self.unsuited = ""
 
+    def prepare_moves(self) -> None:
+        """Make what :meth:`show` of other places needs, before somebody waits for it.
+
+        Raises:
+            InputError, UnavailableError, RtbowError: as :meth:`render`.
+        """
+        if self._context is None:
+            return
+        with self._translated(self.scene), self._context.current():
+            for passes in self._passes.values():
+                for one in passes:
+                    one.prepare_moves()
+
     @property
     def texture_bytes(self) -> int:
         """Memory of the textures of all methods used so far."""

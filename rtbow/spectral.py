@@ -203,6 +203,9 @@ class SpectralPass:
         self._program.set_array("sunDirection", directions)
         self._program.set_array("sunShape", shapes)
 
+    def prepare_moves(self) -> None:
+        """Do nothing: there are no tables that serve other places."""
+
     def move(self, scene: Scene) -> bool:
         """Take over another scene, if it is the same one."""
         return scene == self._scene

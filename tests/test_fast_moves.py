@@ -226,6 +226,7 @@ def with_nodes(*lights: Mapping[str, Any]) -> Scene:
     values = make(*lights, camera={"size_px": [96, 54], "fov_deg": 10.0}).model_dump(
         exclude_none=True
     )
+    values["render"]["max_delta_e"] = 0.25
     values["droplets"] |= {key: value for key, value in SMOOTH.items() if value is not None}
     return Scene.model_validate(values)
 
@@ -235,13 +236,13 @@ def test_another_size_keeps_tables_and_programs_and_draws_the_same(context, ligh
     scene = with_nodes(light)
     with context.current():
         fast = FastPass(context, scene)
-        assert fast.move(scene)
+        fast.prepare_moves()
         (one,) = fast._lights
         programs = one._marching
         for size, fov in (((48, 27), 10.0), ((120, 60), 10.0), ((96, 54), 35.0)):
             there = sized(scene, size, fov)
             fresh = FastPass(context, there)
-            assert fresh.move(there)
+            fresh.prepare_moves()
             assert fast.move(there)
             assert fast._lights == [one]
             assert one._marching is programs
@@ -266,3 +267,32 @@ def test_where_a_picture_is_split_is_no_other_scene(context):
         fast = FastPass(context, scene)
         split = scene.model_copy(update={"compare": Compare(split=0.3, right={})})
         assert fast.move(split)
+
+
+def test_another_size_alone_needs_no_tables_for_other_places(context):
+    scene = with_nodes(SUN)
+    with context.current():
+        fast = FastPass(context, scene)
+        table = fast._lights[0].table
+        for size in ((48, 27), (61, 34), (160, 90)):
+            there = sized(scene, size, scene.camera.fov_deg)
+            assert fast.move(there)
+            assert fast._lights[0].table is table
+            fresh = FastPass(context, there).render()
+            np.testing.assert_allclose(fast.render(), fresh, rtol=1e-2, atol=1e-3 * fresh.max())
+        assert fast.move(sized(scene, (54, 96), scene.camera.fov_deg))
+        assert fast._lights[0].table is not table
+
+
+def test_moves_can_be_prepared(context):
+    scene = with_nodes(SUN)
+    with context.current():
+        fast = FastPass(context, scene)
+        before = fast.render()
+        fast.prepare_moves()
+        (one,) = fast._lights
+        np.testing.assert_allclose(fast.render(), before, rtol=1e-2, atol=1e-3 * before.max())
+        assert fast.move(looking(scene, 5.0))
+        assert fast._lights == [one]
+        fast.prepare_moves()
+        assert fast._lights == [one]

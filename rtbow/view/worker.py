@@ -340,7 +340,7 @@ class _Server:
         if self._renderer is not None and self._resting:
             self._resting = False
             with suppress(RtbowError):  # it will be said when it is asked for
-                self._renderer.show(self._renderer.scene)
+                self._renderer.prepare_moves()
 
     def _receive(self, *, block: bool) -> None:
         """Take over what has come; a newer frame replaces one that waits."""
