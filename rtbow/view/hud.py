@@ -32,7 +32,8 @@ _FLAGS = (
 )
 _BAR_REACH = 6.0
 """Half width of the split bar's handle."""
-_PLOT_SIZE = (320.0, 170.0)
+_PLOT_SIZE = (300.0, 150.0)
+"""Of a plot, at most; a small picture has smaller ones."""
 _PROFILE_POINTS = 256
 _LEGEND = (180.0, 12.0)
 _NAME_WIDTH = 140.0
@@ -257,7 +258,8 @@ class Hud:
         imgui.set_next_window_pos(at, imgui.Cond_.appearing, imgui.ImVec2(1.0, 1.0))
         flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
         _, kept = imgui.begin("at the marked point", True, flags)
-        size = imgui.ImVec2(*_PLOT_SIZE)
+        width, height = min(_PLOT_SIZE[0], 0.45 * area[2]), min(_PLOT_SIZE[1], 0.45 * area[3])
+        size = imgui.ImVec2(width, height)
         if host.state.spectrum is None:
             imgui.text("computing the spectrum …")
         elif implot.begin_plot("spectral radiance", size, implot.Flags_.no_legend):
@@ -265,6 +267,7 @@ class Hud:
             nm, radiance = host.state.spectrum
             implot.plot_line("spectrum", _contiguous(nm), _contiguous(radiance))
             implot.end_plot()
+        imgui.same_line()
         if mark.profile is not None and implot.begin_plot(
             "luminance through the point", size, implot.Flags_.no_legend
         ):
