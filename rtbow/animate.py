@@ -227,7 +227,6 @@ class _Drawing:
         if not self._settled and self._renderer.method_used == "fast":
             # Method fast makes tables that serve all places when something first moves. Without
             # them the first frame of each run would differ from the others by the method's error.
-            self._renderer.show(self._animation.at(0))
             self._renderer.show(scene)
             rgb = self._render(self._renderer)
             self._settled = True

@@ -42,7 +42,7 @@ class Move:
 
     def at(self, number: int, count: int) -> float | int:
         """Give the value in a frame, counted from 0."""
-        if number == 0 or count == 1:
+        if number == 0:  # the only one, perhaps
             return self.start
         if number == count - 1:  # without the rounding of a sum
             return self.end

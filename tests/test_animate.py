@@ -20,11 +20,11 @@ import rtbow.cli
 import rtbow.fast
 import rtbow.image
 import rtbow.renderer
-from rtbow.animate import Pattern, sequence_exposure_ev
+from rtbow.animate import Pattern, parse_outputs, sequence_exposure_ev
 from rtbow.animation import Move, parse_move, plan_animation
 from rtbow.display import BLACK_FRAME_EV, auto_exposure_ev, display
 from rtbow.errors import InputError
-from rtbow.image import png_texts, read_exr, read_png
+from rtbow.image import png_texts, read_exr, read_png, write_png
 from rtbow.scene_file import load_scene
 from rtbow.sun_position import sun_path
 
@@ -89,6 +89,10 @@ class TestMove:
         values = [move.at(k, 7) for k in range(7)]
         assert values == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7])
         assert (values[0], values[-1]) == (0.1, 0.7)
+
+    def test_the_end_is_exact(self):
+        assert 0.2 + (0.9 - 0.2) != 0.9
+        assert Move("k", 0.2, 0.9).at(4, 5) == 0.9
 
     def test_downwards(self):
         assert [Move("k", 10.0, -10.0).at(k, 5) for k in range(5)] == [10.0, 5.0, 0.0, -5.0, -10.0]
@@ -255,6 +259,17 @@ def test_frames_are_numbered_from_the_start_to_the_end(call, tmp_path, drawn):
     assert len({read_exr(name)[0].tobytes() for name in names(tmp_path)}) == 3
 
 
+def test_the_same_output_twice_is_one(call, tmp_path):
+    twice = ("-o", "%d.exr", "-o", "f.mp4", "-o", "%d.exr", "-o", "f.mp4")
+    result = call("animate", "uniform", *RISE, "--frames", "2", *twice, *SMALL)
+    assert result.out == "%d.exr\nf.mp4\n"
+    assert len(film_pictures(tmp_path / "f.mp4")) == 2
+
+
+def test_outputs_that_are_named_twice_are_written_once():
+    assert [one.text for one in parse_outputs(["%d.exr", "%d.exr"]).frames] == ["%d.exr"]
+
+
 def test_one_frame_is_the_start(call, tmp_path, drawn):
     assert call("animate", *RISE, "--frames", "1", "-o", "%d.exr", "--size", "8x5", "-q") == Result(
         0, "", ""
@@ -355,9 +370,14 @@ def test_what_changes_the_drops_builds_tables_for_each_frame(call, made):
     assert made == {"FastPass": 4, "FastSun": 4, "Renderer": 1}
 
 
-def test_frames_do_not_depend_on_where_a_run_began(call):
+@pytest.mark.parametrize(
+    "moves",
+    [RISE, ("--sun-path", "48.1,11.6,2024-12-21"), ("--key", "camera.fov_deg=20:110")],
+    ids=["light", "sun-path", "zoom"],
+)
+def test_frames_do_not_depend_on_where_a_run_began(call, moves):
     """A run that goes on draws, bit by bit, what the whole run drew."""
-    args = ("animate", *RISE, "--frames", "5", "-o", "%d.exr", *SMALL, "-q")
+    args = ("animate", *moves, "--frames", "5", "-o", "%d.exr", "--size", "64x36", "-q")
     assert call(*args).code == 0
     whole = [read_exr(f"{k}.exr")[0] for k in range(5)]
     for first in (1, 3, 4):
@@ -402,6 +422,15 @@ def test_frames_that_are_missing_or_damaged_are_drawn(call, tmp_path, drawn, suf
     assert call(*args).err == "3 frames drawn by method fast, 2 kept\n"
     assert set(drawn) == {ALTITUDES[k] for k in (1, 3, 4)}
     assert {name: (tmp_path / name).read_bytes() for name in names(tmp_path)} == whole
+
+
+def test_pictures_that_were_scaled_are_made_anew(call):
+    """Programs that do so keep a picture's texts."""
+    assert call(*FIVE, "-o", "%d.png").code == 0
+    picture, said = read_png("2.png")
+    write_png("2.png", picture[::2, ::2], said)
+    assert call(*FIVE, "-o", "%d.png").err == "1 frame drawn by method fast, 4 kept\n"
+    np.testing.assert_array_equal(read_png("2.png")[0], picture)
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,8 @@ def test_pictures_that_do_not_belong(tmp_path):
 
 
 def stop(film) -> None:
-    film.add(np.zeros((8, 8, 3), np.uint8))
+    for _ in range(100):  # more than the encoder looks ahead, so that some are on disk
+        film.add(np.zeros((8, 8, 3), np.uint8))
     raise KeyboardInterrupt
 
 
@@ -194,9 +195,9 @@ def test_without_the_encoder(tmp_path, monkeypatch):
 
 
 def test_dark_gradients_stay_smooth(tmp_path):
-    """A ramp from 8 to 24 of 255, dithered: means of 8 columns come back to 0.6.
+    """A ramp from 8 to 24 of 255, dithered: means of 8 columns come back to 0.5.
 
-    Measured: 0.51, of which 0.43 are roundings to 219 levels; x264's default of 23 gives 0.7.
+    Measured: 0.43, which are roundings to 219 levels; x264's default of 23 gives 0.7.
     """
     codes = np.linspace(8.0, 24.0, 256) / 255.0
     linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
@@ -210,4 +211,4 @@ def test_dark_gradients_stay_smooth(tmp_path):
     luma = last.to_ndarray()[:64].astype(float)  # 16..235; to RGB, FFmpeg rounds down
     means = luma.mean(axis=0).reshape(-1, 8).mean(axis=1)
     wanted = 16.0 + 219.0 * codes.reshape(-1, 8).mean(axis=1)
-    np.testing.assert_allclose(means, wanted, atol=0.6)
+    np.testing.assert_allclose(means, wanted, atol=0.5)
