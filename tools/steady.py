@@ -37,7 +37,17 @@ _STALL = 3.0
 
 def process_seconds(cache: Path, output: Path) -> float:
     """Time one ``rtbow render`` with a cache folder of its own."""
-    command = [sys.executable, "-m", "rtbow", "render", "-q", "--size", "640x360", "-o", str(output)]
+    command = [
+        sys.executable,
+        "-m",
+        "rtbow",
+        "render",
+        "-q",
+        "--size",
+        "640x360",
+        "-o",
+        str(output),
+    ]
     begun = time.perf_counter()
     subprocess.run(command, check=True, env={**os.environ, FOLDER_VARIABLE: str(cache)})
     return time.perf_counter() - begun
