@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -23,7 +23,7 @@ from rtbow.animation import Animation
 from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.cache import file_digest
 from rtbow.display import BLACK_FRAME_EV, EV_LIMIT, auto_exposure_ev, display
-from rtbow.errors import InputError
+from rtbow.errors import InputError, UnsuitedError
 from rtbow.files import check_writable
 from rtbow.film import DEFAULT_FPS, FILM_SUFFIXES, Film, check_fps, film_at
 from rtbow.image import (
@@ -225,9 +225,10 @@ class _Drawing:
             self._renderer.show(scene)
         rgb = self._render(self._renderer)
         if not self._settled and self._renderer.method_used == "fast":
-            # Method fast makes tables that serve all places when something first moves. Without
-            # them the first frame of each run would differ from the others by the method's error.
-            self._renderer.show(scene)
+            # Tables for all places differ from those for one by the method's error: without this
+            # the first frame of each run would differ from the others by as much.
+            with suppress(UnsuitedError):  # of places that no frame may have
+                self._renderer.prepare_moves()
             rgb = self._render(self._renderer)
             self._settled = True
         used = self._renderer.method_used

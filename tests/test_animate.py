@@ -358,7 +358,7 @@ def made(monkeypatch):
     ids=["light", "camera", "sun-path"],
 )
 def test_moving_places_build_tables_once(call, made, moves):
-    """Once for the first frame, and once more for all places (see ``FastPass.move``)."""
+    """Once for the first frame, and once more for all places (``Renderer.prepare_moves``)."""
     args = ("--frames", "12", "-o", "%d.exr", "-o", "%d.png", *SMALL, "-q")
     assert call("animate", "uniform", *moves, *args) == Result(0, "", "")
     assert made == {"FastPass": 1, "FastSun": 2, "Renderer": 1}
