@@ -124,11 +124,13 @@ class Stage:
             flags |= imgui.WindowFlags_.no_title_bar | imgui.WindowFlags_.no_background
             imgui.begin("rtbow", None, flags)
             self.panel.draw(self.edits, self.state)
+            self.scroll = imgui.get_scroll_y(), imgui.get_scroll_max_y()
             imgui.end()
             imgui.render()
 
     def paint(self) -> np.ndarray:
         """Give the picture of the last frame, (h, w, 3)."""
+        self.target.use()
         self.target.scissor = None
         self.target.clear(*look.BACKGROUND)
         self.painter.render(imgui.get_draw_data(), self.target)

@@ -15,9 +15,15 @@ from pydantic import BaseModel, Field
 
 from rtbow.context import Backend, GlContext
 from rtbow.scene import Camera, Droplets, Scene
-from rtbow.scene_file import builtin_scenes, load_scene, parse_set, scene_title
+from rtbow.scene_file import (
+    builtin_scenes,
+    load_scene,
+    parse_set,
+    scene_from_text,
+    scene_title,
+)
 from rtbow.scene_schema import ROOT, Node
-from rtbow.scene_values import changed_scene, values_of
+from rtbow.scene_values import changed_scene, scene_text, values_of
 from rtbow.sun_position import sun_position
 from rtbow.view import kinds, look
 from rtbow.view.gallery import thumbnail_path
@@ -311,6 +317,10 @@ def test_a_double_click_takes_back_no_earlier_drag(uniform):
     uniform.double_click("camera.fov_deg", 0.2)
     uniform.key(KEY.escape)
     assert value(uniform, "camera.fov_deg") == fov
+    slide = Slide(5.0, 150.0)
+    uniform.double_click("camera.fov_deg", slide.share(fov))  # on the slider: moves nothing
+    uniform.key(KEY.escape)
+    assert value(uniform, "camera.fov_deg") == fov
 
 
 def test_a_click_elsewhere_takes_over_what_was_typed(uniform):
@@ -396,6 +406,17 @@ def test_what_the_message_repeats_is_left_out():
     assert shortened(right, "camera.fov_deg") == "must be greater than 0"
 
 
+def test_a_window_can_ask_to_drop_what_was_refused_before_escape_closes_it(uniform):
+    assert not uniform.panel.forget_refused()
+    uniform.enter("camera.fov_deg", "500")
+    uniform.click("section/Keep", 0.9)
+    uniform.frames(5)
+    assert uniform.panel.forget_refused()
+    assert not uniform.panel.forget_refused()
+    uniform.frames(2)
+    assert not is_red(uniform, "camera.fov_deg")
+
+
 def test_a_drag_steps_over_what_is_refused(uniform):
     """Only divisors of 400 nm are steps; a slider comes to some of them."""
     uniform.drag("render.wavelength_step_nm", 0.5, 0.3, steps=40)
@@ -432,6 +453,11 @@ def test_a_refused_click_is_told(uniform):
     assert uniform.edits.scene.scattering.orders == (2,)
     assert uniform.panel.ui.refusals["scattering.orders"].message
     uniform.click("scattering.orders.1", 0.05)
+    assert not uniform.panel.ui.refusals
+    uniform.click("scattering.orders.1", 0.05)
+    uniform.click("scattering.orders.2", 0.05)
+    assert uniform.panel.ui.refusals
+    uniform.drag("camera.fov_deg", 0.3, 0.6)
     assert not uniform.panel.ui.refusals
 
 
@@ -782,8 +808,12 @@ def test_a_file_is_opened_by_its_path(uniform):
     assert uniform.actions.asked == [("open", "storm.toml")]
 
 
-def test_frames_scenes_and_commands_are_kept(uniform):
+def test_frames_scenes_and_commands_are_kept(uniform, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "uniform-01.png").touch()
+    uniform.frames(70)
     uniform.click("keep/save frame")
+    uniform.click("keep/save scene")
     uniform.click("keep.frame")
     uniform.type("out/bow.exr")
     uniform.key(KEY.enter)
@@ -795,7 +825,8 @@ def test_frames_scenes_and_commands_are_kept(uniform):
     uniform.click("keep/save scene")
     uniform.click("keep/copy command")
     assert uniform.actions.asked == [
-        ("frame", ("uniform.exr", "uniform.png")),
+        ("frame", ("uniform-02.exr", "uniform-02.png")),
+        ("scene", "uniform-01.toml"),
         ("frame", ("out/bow.png",)),
         ("scene", "bow.toml"),
         ("command", "rtbow render uniform"),
@@ -832,14 +863,42 @@ def test_the_panel_is_short_enough_to_scroll_and_skips_what_is_out_of_sight(egl)
     with staged(egl, "uniform", height=300) as stage:
         stage.frames(5)
         assert "render.max_delta_e" not in stage.seen
+        whole = stage.scroll[1]
         stage.mouse(100.0, 200.0)
         for _ in range(40):
             stage.io.add_mouse_wheel_event(0.0, -5.0)
             stage.frames(2)
         assert "render.max_delta_e" in stage.seen
         assert "light.0.altitude_deg" not in stage.seen
+        assert stage.scroll[0] == stage.scroll[1] == whole
         stage.drag("render.max_delta_e", 0.3, 0.6)
         assert "render.max_delta_e" in stage.edits.changes
+
+
+@pytest.mark.parametrize("name", ["downpour", "street-lamp", "shower"])
+def test_whatever_hands_do_the_scene_stays_one_that_can_be_saved(egl, rng, name):
+    texts = ["0", "-1", "1e9", "nan", "5", "abc", "%s%n", "none", "9" * 400, "[1, 2]", "2026-02-30"]
+    keys = [KEY.enter, KEY.escape, KEY.tab]
+    with staged(egl, name, height=int(rng.choice([300, 3000]))) as stage:
+        stage.edits.change({"compare": {"right": {}}})
+        for _ in range(120):
+            stage.state.side = "right" if rng.random() < 0.4 else "left"
+            places = [path for path in stage.seen if not path.startswith("scenes/")]
+            path, share = str(rng.choice(places)), float(rng.random())
+            stage.hover(path, share)
+            stage.press()
+            if path not in stage.seen:
+                continue
+            if rng.random() < 0.4:
+                stage.press()
+                stage.type(str(rng.choice(texts)))
+                stage.key(keys[rng.integers(3)])
+            elif rng.random() < 0.5:
+                stage.drag(path, share, float(rng.random()), steps=3)
+            if rng.random() < 0.1:
+                stage.edits.undo()
+        scene = stage.edits.scene
+        assert scene_from_text(scene_text(scene)) == scene
 
 
 # --- what rows are made of -----------------------------------------------------------------------
@@ -870,6 +929,7 @@ def test_a_slider_goes_from_end_to_end_and_back(slide):
     values = [slide.value(x) for x in np.linspace(0.0, 1.0, 200)]
     assert values == sorted(values)
     assert len(set(values)) > 100
+    assert slide.share(10**400) == 1.0
     for x in np.linspace(0.0, 1.0, 200):
         assert slide.share(slide.value(x)) == pytest.approx(x, abs=0.06 if slide.whole else 0.005)
     assert slide.share(slide.high * 10.0) == 1.0
@@ -877,8 +937,8 @@ def test_a_slider_goes_from_end_to_end_and_back(slide):
 
 
 def test_numbers_are_shown_short():
-    assert [shown_number(x) for x in (20.0, 0.533, 3e6, 1e-4, 654.95, 7)] == [
-        "20", "0.533", "3e6", "0.0001", "654.95", "7",
+    assert [shown_number(x) for x in (20.0, 0.533, 3e6, 1e-4, 654.95, 7, 10**40)] == [
+        "20", "0.533", "3e6", "0.0001", "654.95", "7", "100000…0000",
     ]  # fmt: skip
 
 

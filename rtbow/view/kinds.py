@@ -62,8 +62,6 @@ def radius_table(droplets: Droplets, kind: str, kinds: Node) -> Values:
     key = density_key(kind)
     if droplets.density is None or getattr(droplets.density, key) is None:
         changes["density"] = {key: _DENSITIES[key]}
-    if table.get("mixing") == "per-point" and droplets.grid is None:
-        changes["grid"] = GRID
     return changes
 
 

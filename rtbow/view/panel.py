@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
@@ -12,6 +13,8 @@ from rtbow.scene import Scene
 from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
 from rtbow.view.gallery import Gallery
+from rtbow.view.help import draw_help as draw_help
+from rtbow.view.keep import Keep
 from rtbow.view.proposals import RIGHT, Proposals
 from rtbow.view.rows import Row, Slide, own_row, rows_of, shown_number
 from rtbow.view.state import OVERLAYS, Actions, ViewState
@@ -21,8 +24,6 @@ from rtbow.view.tables import Tables
 from rtbow.view.ui import Set, Ui
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rtbow.renderer import Method
 
 _SECTIONS = {
@@ -61,21 +62,6 @@ _SPLIT = own_row(
     "Drag the bar in the picture to move it.",
 )  # fmt: skip
 _SIDE = own_row("view.side", "edit", "which side of the split picture the panel shows and changes")
-_KEYS = (
-    ("drag", "look around"),
-    ("W A S D Q E", "fly; with Shift faster"),
-    ("wheel", "zoom"),
-    ("double-click", "centre the antisolar point"),
-    ("right-click", "spectrum at a point"),
-    ("Tab", "panel on and off"),
-    ("V", "split the picture"),
-    ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
-    ("Ctrl+S", "save the scene"),
-    ("Ctrl+E", "save a frame"),
-    ("Ctrl+C", "copy the command"),
-    ("F1, F11", "these keys, full screen"),
-    ("Esc", "quit"),
-)
 
 
 class Panel:
@@ -96,13 +82,17 @@ class Panel:
         self._tables = Tables(self.ui, self._proposals)
         self._status = Status()
         self._gallery = Gallery(actions)
-        self._keep = _Keep(actions)
+        self._keep = Keep(actions)
         self.sun = SunByDate.now()
         self._scene: Scene | None = None
 
     def close(self) -> None:
         """Forget its pictures, while ImGui's context still is."""
         self._gallery.close()
+
+    def forget_refused(self) -> bool:
+        """Drop what the scene refused and is still shown; give whether there was anything."""
+        return self.ui.forget_refused()
 
     def draw(self, edits: Edits, state: ViewState) -> None:
         """Draw it into the window that is open; changes go to the actions.
@@ -306,114 +296,17 @@ _RIGHT_COLOURS = {
 }
 
 
-class _Keep:
-    """Saves frames and scenes, under names that can be typed."""
-
-    def __init__(self, actions: Actions) -> None:
-        self._actions = actions
-        self._names: dict[str, str] = {}
-        self._suffixes = {".exr": True, ".png": True}
-
-    def draw(self, ui: Ui, edits: Edits) -> None:
-        """Draw the fields and buttons."""
-        stem = Path(edits.opened.name or "default").stem
-        frame, scene = _FRAME_NAME, _SCENE_NAME
-        file = edits.opened.file
-        self._field(ui, frame, stem)
-        for suffix, on in self._suffixes.items():
-            self._suffixes[suffix] = imgui.checkbox(f"{suffix}##keep", on)[1]
-            ui.note(f"keep/{suffix}")
-            imgui.same_line()
-        imgui.set_cursor_pos_x(ui.value_x)
-        chosen = tuple(suffix for suffix, on in self._suffixes.items() if on)
-        imgui.begin_disabled(not chosen)
-        if imgui.button("Save frame", (ui.value_width, 0.0)):
-            name = _without_suffix(self._names.get(frame.path, stem))
-            self._actions.save_frame(tuple(f"{name}{suffix}" for suffix in chosen))
-        imgui.end_disabled()
-        ui.note("keep/save frame")
-        self._field(ui, scene, str(file) if file else f"{stem}.toml")
-        imgui.set_cursor_pos_x(ui.value_x)
-        if imgui.button("Save scene", (ui.value_width, 0.0)):
-            default = str(file) if file else f"{stem}.toml"
-            self._actions.save_scene(self._names.get(scene.path, default))
-        ui.note("keep/save scene")
-        if imgui.button("Copy command", (ui.right_edge - ui.left, 0.0)):
-            self._actions.copy_command()
-        ui.note("keep/copy command")
-        imgui.set_item_tooltip("The command line that makes this picture again (Ctrl+C)")
-
-    def _field(self, ui: Ui, row: Row, default: str) -> None:
-        def take(value: object, gesture: object) -> str:
-            self._names[row.path] = str(value).strip()
-            return ""
-
-        if ui.begin_row(row, False):
-            ui.label(row.label)
-            widgets.text(ui, row.path, self._names.get(row.path, default), ui.value_width, take)
-            ui.end_row()
-
-
-_FRAME_NAME = own_row(
-    "keep.frame",
-    "frame",
-    "where the picture is written, without the ending: radiance as .exr, what the screen shows as "
-    ".png; at the scene's own size (Ctrl+E takes a free name)",
-    option="-o FILE",
-)
-_SCENE_NAME = own_row("keep.scene", "scene", "where the scene is written, as .toml (Ctrl+S)")
-
-
-def _without_suffix(name: str) -> str:
-    return name[:-4] if name.lower().endswith((".exr", ".png")) else name
-
-
+@lru_cache(maxsize=16)
 def _overlay_row(name: str, key: str, what: str) -> Row:
-    row = _overlay_rows.get(name)
-    if row is None:
-        short = what.partition(":")[0].partition(",")[0]
-        row = _overlay_rows[name] = own_row(f"view.overlays.{name}", f"{short} ({key})", what)
-    return row
+    short = what.partition(":")[0].partition(",")[0]
+    return own_row(f"view.overlays.{name}", f"{short} ({key})", what)
 
 
-_overlay_rows: dict[str, Row] = {}
-
-
-_found_sections: dict[type[Scene], dict[str, tuple[Row, ...]]] = {}
-
-
+@lru_cache(maxsize=4)
 def _sections(model: type[Scene]) -> Mapping[str, tuple[Row, ...]]:
     """Give the scene's rows by section, in the panel's order."""
-    found = _found_sections.get(model)
-    if found is None:
-        lists: dict[str, list[Row]] = {title: [] for title in dict.fromkeys(_SECTIONS.values())}
-        for row in rows_of("", model):
-            title = _SECTIONS.get(row.name, row.label.capitalize())
-            lists.setdefault(title, []).append(row)
-        found = _found_sections[model] = {title: tuple(rows) for title, rows in lists.items()}
-    return found
-
-
-def draw_help(state: ViewState) -> None:
-    """Draw the window that lists the keys; its cross closes it.
-
-    Args:
-        state: of the window.
-    """
-    display = imgui.get_io().display_size
-    middle = (0.5 * display.x, 0.5 * display.y)
-    imgui.set_next_window_pos(middle, imgui.Cond_.appearing, (0.5, 0.5))
-    flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_collapse
-    shown, is_open = imgui.begin("Keys", True, flags)
-    state.help_open = bool(is_open)
-    if shown and imgui.begin_table("keys", 2):
-        for key, what in (*_KEYS, *OVERLAYS.values()):
-            imgui.table_next_row()
-            imgui.table_next_column()
-            imgui.push_style_color(imgui.Col_.text, look.ACCENT)
-            imgui.text(key)
-            imgui.pop_style_color()
-            imgui.table_next_column()
-            imgui.text(what)
-        imgui.end_table()
-    imgui.end()
+    lists: dict[str, list[Row]] = {title: [] for title in dict.fromkeys(_SECTIONS.values())}
+    for row in rows_of("", model):
+        title = _SECTIONS.get(row.name, row.label.capitalize())
+        lists.setdefault(title, []).append(row)
+    return {title: tuple(rows) for title, rows in lists.items()}

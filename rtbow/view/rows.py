@@ -29,6 +29,7 @@ _STEPS = 400
 _LOG_DIGITS = 3
 """Of the numbers that a logarithmic slider gives."""
 _DEFAULT_MIDDLE = 1.0
+_MOST_DIGITS = 16
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,13 @@ class Slide:
 
     def share(self, value: float) -> float:
         """Give how far along a number stands, from 0 to 1; those beyond are at the end."""
+        if value <= self.low:
+            return 0.0
+        if value >= self.high:  # a whole number may be beyond all floats
+            return 1.0
         if self.log:
-            if value <= self.low:
-                return 0.0
-            share = math.log(value / self.low) / math.log(self.high / self.low)
-        else:
-            share = (value - self.low) / (self.high - self.low)
-        return min(max(share, 0.0), 1.0)
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
 
     @property
     def middle(self) -> float:
@@ -170,9 +171,10 @@ def rounded(number: float, digits: int) -> float:
 
 
 def shown_number(number: float) -> str:
-    """Write a number in up to six digits."""
+    """Write a number in up to six digits, a whole one in more."""
     if isinstance(number, int):
-        return str(number)
+        text = str(number)
+        return text if len(text) <= _MOST_DIGITS else f"{text[:6]}…{text[-4:]}"
     return f"{number:.6g}".replace("e+0", "e").replace("e+", "e").replace("e-0", "e-")
 
 

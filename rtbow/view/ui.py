@@ -58,13 +58,12 @@ class Draft:
 
 @dataclass
 class _Gesture:
-    """A drag: its path, its identity, the value before, whether it changed anything and is over."""
+    """A drag: its path, its identity, the value before, and whether it changed anything."""
 
     path: str
     value: object
     name: tuple[str, int]
     changed: bool = False
-    ended: bool = False
 
 
 @dataclass
@@ -144,10 +143,8 @@ class Ui:
         self._mouse = (io.mouse_pos.x, io.mouse_pos.y)
         self._still = not (io.mouse_delta.x or io.mouse_delta.y)
         self._idle = not imgui.is_any_item_active()
-        if self._gesture is not None:
-            self._gesture.ended = self._gesture.ended or self._idle
-            if imgui.get_mouse_clicked_count(_CLICK) == 1:
-                self._gesture = None
+        if imgui.get_mouse_clicked_count(_CLICK) == 1:
+            self._gesture = None  # a second click may still have to take back what it did
         self.hovered = imgui.is_window_hovered()
         clicked = self.hovered and imgui.is_mouse_clicked(_CLICK)
         self._types = clicked and (imgui.is_mouse_double_clicked(_CLICK) or io.key_ctrl)
@@ -158,6 +155,13 @@ class Ui:
             self.refusals = {k: r for k, r in self.refusals.items() if not r.dragged}
         if self._idle and imgui.is_key_pressed(imgui.Key.escape, repeat=False):
             self.forget()
+
+    def forget_refused(self) -> bool:
+        """Drop all that was refused; give whether there was anything."""
+        wrong = any(item.message for kept in self._kept for item in kept.values())
+        if wrong:
+            self.forget()
+        return wrong
 
     def forget(self, path: str = "") -> None:
         """Drop what was refused, of one value and what is inside it or of all."""
@@ -281,7 +285,7 @@ class Ui:
     def drag(self, path: str, before: object, value: float, set_value: Set) -> None:
         """Hand over what a slider has come to; one that is refused is tried in fewer digits."""
         gesture = self._gesture
-        if gesture is None or gesture.path != path or gesture.ended:
+        if gesture is None or gesture.path != path:
             self._gestures += 1
             gesture = self._gesture = _Gesture(path, before, (path, self._gestures))
         if value == before:
