@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 CONE_MARGIN = 2e-3
-"""Radians beyond a picture's corners that tables hold: for float32, and for the same view in another
-size, whose sides are rounded to whole pixels."""
+"""Radians beyond a picture's corners that tables hold: for float32, and for the same view in
+another size, whose sides are rounded to whole pixels."""
 
 
 @dataclass(frozen=True)

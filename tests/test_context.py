@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import gc
 import os
-import shutil
 import subprocess
 import sys
 import textwrap
@@ -15,6 +14,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
+from screen import virtual_screen
 
 import rtbow.context
 import rtbow.gl_egl
@@ -122,22 +122,8 @@ def resident_bytes() -> int:
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
     """A screen of its own; xvfb is needed, and a missing one is an error."""
-    server = shutil.which("Xvfb")
-    assert server, "install xvfb (Debian, Ubuntu)"
-    reader, writer = os.pipe()
-    process = subprocess.Popen(
-        [server, "-displayfd", str(writer), "-screen", "0", "640x480x24", "-nolisten", "tcp"],
-        pass_fds=[writer],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    os.close(writer)
-    with os.fdopen(reader) as pipe:
-        number = pipe.readline().strip()
-    assert number, "Xvfb did not start"
-    yield f":{number}"
-    process.terminate()
-    process.wait()
+    with virtual_screen() as name:
+        yield name
 
 
 @pytest.mark.parametrize("backend", HEADLESS)

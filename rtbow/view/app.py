@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -19,7 +20,7 @@ from rtbow.errors import InputError, RtbowError
 from rtbow.resources import resource_dir
 from rtbow.scene import Camera, Scene
 from rtbow.scene_file import load_scene, parse_set
-from rtbow.scene_values import changed_scene, differences
+from rtbow.scene_values import changed_scene, differences, scene_text
 from rtbow.view import look, navigate
 from rtbow.view.edits import Edits, Opened
 from rtbow.view.hud import Hud
@@ -117,8 +118,9 @@ class Viewer:
         with self.window.gl.current():
             self._painter = ImguiRenderer(self.window.gl)
             self._picture = Picture(self.window.gl, _colour_map())
-        self._panel = Panel(self)
-        self._hud = Hud()
+        self.panel = Panel(self)
+        self.window.share_clipboard()
+        self.hud = Hud()
         self._pace = Pace(1.0 / self.state.target_fps)
         self._watch = Watch()
         self._wanted: tuple[Scene, Method, tuple[int, int], int] | None = None
@@ -199,7 +201,7 @@ class Viewer:
             if worker is not None:
                 worker.close()
         if self.window.handle is not None:
-            self._panel.close()
+            self.panel.close()
             implot.destroy_context(self._plots)
             imgui.destroy_context(self._imgui)
             self.window.destroy()
@@ -267,7 +269,7 @@ class Viewer:
             state.progress = reply.share, reply.what
         elif isinstance(reply, FrameSaved):
             state.progress = None
-            self.notify(f"saved {', '.join(reply.paths)}")
+            self.notify(f"saved {', '.join(map(os.path.relpath, reply.paths))}")
         elif isinstance(reply, SpectrumTaken):
             state.spectrum = reply.wavelength_nm, reply.radiance
         elif isinstance(reply, Failed):
@@ -391,17 +393,16 @@ class Viewer:
 
     def save_frame(self, paths: tuple[str, ...]) -> None:
         """Render at the scene's own size and write .exr and .png."""
-        scene = self.edits.scene
+        scene = self.edits.scene.with_source(scene_text(self.edits.scene), "scene")
         options = [word for path in paths for word in ("-o", path)]
         command = self.command(*options)
         number = self._worker.next_number()
+        whole = tuple(os.path.abspath(path) for path in paths)
         request = SaveFrame(
-            number, scene, self.state.method, paths, self.state.exposure_ev, command
+            number, scene, self.state.method, whole, self.state.exposure_ev, command
         )
         self._worker.send(request)
         self.notify(f"rendering {', '.join(paths)}")
-        # The renderer goes back to the window's size afterwards.
-        self._generation += 1
 
     def command(self, *options: str) -> str:
         """Give the command line that makes the picture again."""
@@ -428,6 +429,10 @@ class Viewer:
         self.state.notices.append(Notice(text, severity, until))
         self._linger = _LINGER
 
+    def wake(self) -> None:
+        """Have the window drawn again, though nothing has happened."""
+        self._linger = _LINGER
+
     def _retitle(self) -> None:
         mark = "*" if self.edits.unsaved else ""
         self.window.retitle(f"{self.edits.opened.name or 'default'}{mark} – rtbow")
@@ -449,7 +454,7 @@ class Viewer:
         if before is None:
             return
         right, ahead, up = np.sum([_MOVES[key] for key in keys], axis=0)
-        speed = navigate.cruise_m_s(self.edits.scene, self._hud.box_m(self.edits.scene))
+        speed = navigate.cruise_m_s(self.edits.scene, self.hud.box_m(self.edits.scene))
         if self.input.held & {glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT}:
             speed *= _FAST_FACTOR
         camera = navigate.fly(
@@ -479,14 +484,14 @@ class Viewer:
     def _mouse(self) -> None:
         """Look around by dragging over the picture, and what else its buttons do there."""
         io = imgui.get_io()
-        rect = self._view_units()
+        rect = self.view_units()
         if io.want_capture_mouse or rect is None:
             return
         inside = rect[0] <= io.mouse_pos.x < rect[0] + rect[2] and (
             rect[1] <= io.mouse_pos.y < rect[1] + rect[3]
         )
         camera = self.edits.scene.camera
-        if self._hud.drag_bar(self, rect, inside):
+        if self.hud.drag_bar(self, rect, inside):
             return
         if imgui.is_mouse_double_clicked(0) and inside:
             self._aim(navigate.towards(camera, navigate.antisolar(self.edits.scene)), "centre")
@@ -499,7 +504,7 @@ class Viewer:
         elif imgui.is_mouse_released(0):
             self.edits.end_gesture()
         if imgui.is_mouse_clicked(1) and inside:
-            self._hud.mark(self, rect)
+            self.hud.mark(self, rect)
 
     def _key(self, key: int, down: bool, modifiers: int) -> None:
         if not down:
@@ -511,7 +516,8 @@ class Viewer:
             self._control_key(key, shift)
             return
         if key == glfw.KEY_ESCAPE:
-            self.window.close()
+            if not self.panel.forget_refused():
+                self.window.close()
         elif key == glfw.KEY_F1:
             self.state.help_open = not self.state.help_open
         elif key == glfw.KEY_F11:
@@ -564,7 +570,7 @@ class Viewer:
         across, down = int(share * own_width + 0.5), int(share * own_height + 0.5)
         return (free - across) // 2, (height - down) // 2, across, down
 
-    def _view_units(self) -> tuple[float, float, float, float] | None:
+    def view_units(self) -> tuple[float, float, float, float] | None:
         """The same from the window's upper left corner, in screen coordinates; None if empty."""
         left, bottom, width, height = self.view_rect()
         per = 1.0 / self.window.pixels_per_unit
@@ -593,9 +599,9 @@ class Viewer:
 
     def _compose(self) -> None:
         """Put together what stands over the picture and beside it."""
-        rect = self._view_units()
+        rect = self.view_units()
         if rect is not None:
-            self._hud.draw(self, rect)
+            self.hud.draw(self, rect)
         if self.state.help_open:
             draw_help(self.state)
         if not self.state.panel_open:
@@ -611,7 +617,7 @@ class Viewer:
             | imgui.WindowFlags_.no_background
         )
         imgui.begin("rtbow", None, fixed)
-        self._panel.draw(self.edits, self.state)
+        self.panel.draw(self.edits, self.state)
         imgui.end()
 
     def _draw_all(self) -> None:

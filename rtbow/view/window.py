@@ -7,6 +7,7 @@ from typing import Any
 import glfw
 import moderngl
 import numpy as np
+from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from rtbow.context import GlContext, open_context
@@ -123,7 +124,20 @@ class Window:
 
     def copy(self, text: str) -> None:
         """Put a text on the clipboard."""
-        glfw.set_clipboard_string(self.handle, text)
+        nowhere: Any = None  # since GLFW 3.3 the clipboard is of no window
+        glfw.set_clipboard_string(nowhere, text)
+
+    def share_clipboard(self) -> None:
+        """Let ImGui's fields copy and paste with other programs."""
+        nowhere: Any = None
+
+        def paste(_: Any) -> str:
+            text = glfw.get_clipboard_string(nowhere)
+            return text.decode("utf-8", "replace") if text else ""
+
+        platform = imgui.get_platform_io()
+        platform.platform_set_clipboard_text_fn = lambda _, text: self.copy(text)
+        platform.platform_get_clipboard_text_fn = paste
 
     def retitle(self, title: str) -> None:
         """Change the title."""

@@ -393,18 +393,20 @@ class _Server:
     def _save(self, request: SaveFrame) -> None:
         from rtbow.files import check_writable
         from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
+        from rtbow.renderer import Renderer
 
         for path in request.paths:
             check_writable(path, FRAME_SUFFIXES)
-        renderer = self._shown(request.scene)
-        rgb = renderer.render(
-            request.method,
-            self._progress(request, "rendering", until_newer=False),
-            self._progress(request, "building the table", until_newer=False),
-        )
-        metadata = frame_metadata(
-            request.scene, request.command, renderer.method_used, renderer.gl_renderer
-        )
+        # A new one, as of a command: tables for moves differ in their last digits.
+        with Renderer(request.scene, self._backend) as renderer:
+            rgb = renderer.render(
+                request.method,
+                self._progress(request, "rendering", until_newer=False),
+                self._progress(request, "building the table", until_newer=False),
+            )
+            metadata = frame_metadata(
+                request.scene, request.command, renderer.method_used, renderer.gl_renderer
+            )
         for path in request.paths:
             write_frame(path, rgb, metadata, request.exposure_ev)
         self._pipe.send(FrameSaved(request.number, request.paths))

@@ -1,0 +1,640 @@
+"""The live window on a screen of its own, driven by mouse and keyboard through the X server."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import glfw
+import numpy as np
+import pytest
+from pydantic import BaseModel
+from screen import ICONIC, NORMAL, Hands, virtual_screen
+
+import rtbow
+import rtbow.image
+import rtbow.scene_file
+from rtbow.bench_memory import PeakMemory
+from rtbow.display import display
+from rtbow.scene_file import load_scene
+from rtbow.view.app import Viewer
+from rtbow.view.edits import Opened
+from rtbow.view.navigate import antisolar
+from rtbow.view.rows import rows_of
+
+SIZE = (320, 180)
+SCREEN = (900, 2600)
+PATIENCE_S = 120.0
+
+
+@pytest.fixture(scope="module")
+def screen() -> Iterator[str]:
+    with virtual_screen(*SCREEN) as name:
+        before = os.environ.get("DISPLAY")
+        os.environ["DISPLAY"] = name
+        yield name
+        if before is None:
+            del os.environ["DISPLAY"]
+        else:
+            os.environ["DISPLAY"] = before
+
+
+class Session:
+    """A window and somebody's hands."""
+
+    def __init__(self, viewer: Viewer, hands: Hands) -> None:
+        self.viewer, self.hands = viewer, hands
+
+    def until(self, condition: Callable[[], bool]) -> None:
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < end, (self.viewer.state.stale, self.viewer.state.notices)
+            self.viewer.step()
+
+    def settle(self) -> None:
+        self.steps(3)
+        self.until(lambda: self.viewer.settled)
+
+    def steps(self, count: int) -> None:
+        """Go on for some pictures of the window."""
+        self.viewer.wake()
+        goal = self.viewer.painted + count
+        end = time.monotonic() + PATIENCE_S
+        while self.viewer.painted < goal and time.monotonic() < end:
+            self.viewer.wake()
+            self.viewer.step()
+
+    def tap(self, key: str, *modifiers: str) -> None:
+        for name in (*modifiers, key):
+            self.hands.key(name, True)
+            self.steps(1)
+        for name in (key, *reversed(modifiers)):
+            self.hands.key(name, False)
+            self.steps(1)
+
+    def middle(self) -> tuple[float, float]:
+        area = self.viewer.view_units()
+        assert area is not None
+        return area[0] + 0.5 * area[2], area[1] + 0.5 * area[3]
+
+    def move(self, x: float, y: float) -> None:
+        self.hands.move(x, y)
+        self.steps(2)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float], pieces: int = 8) -> None:
+        self.move(*start)
+        self.hands.button(True)
+        self.steps(2)
+        for k in range(1, pieces + 1):
+            self.move(*(a + (b - a) * k / pieces for a, b in zip(start, end, strict=True)))
+        self.hands.button(False)
+        self.steps(2)
+
+    def click(self, x: float, y: float, times: int = 1) -> None:
+        self.move(x, y)
+        for _ in range(times):
+            self.hands.button(True)
+            self.steps(1)
+            self.hands.button(False)
+            self.steps(1)
+        self.steps(2)
+
+    def picture(self) -> np.ndarray:
+        """The part of the window that shows the scene: 8 bit sRGB (h, w, 3)."""
+        left, bottom, width, height = self.viewer.view_rect()
+        whole = self.viewer.screenshot()
+        top = len(whole) - bottom - height
+        return whole[top : top + height, left : left + width]
+
+
+def opened(name: str, *overrides: str, size: tuple[int, int] = SIZE) -> Opened:
+    from rtbow.scene_file import parse_set
+
+    typed = (*overrides, f"camera.size_px={list(size)}")
+    return Opened(load_scene(name, dict(map(parse_set, typed))), name, typed)
+
+
+@pytest.fixture(scope="module")
+def session(screen: str) -> Iterator[Session]:
+    viewer, hands = Viewer(opened("uniform")), Hands(screen)
+    glfw.set_window_pos(viewer.window.handle, 0, 0)
+    yield Session(viewer, hands)
+    viewer.close()
+    hands.close()
+
+
+@pytest.fixture
+def live(session: Session) -> Iterator[Session]:
+    """The window on its first scene, settled, the mouse over the panel."""
+    viewer = session.viewer
+    viewer.edits.open(opened("uniform"))
+    viewer.state.overlays.clear()
+    viewer.state.notices.clear()
+    viewer.hud.unmark()
+    viewer.state.panel_open, viewer.state.help_open, viewer.state.side = True, False, "left"
+    viewer.state.exposure_ev = None
+    session.move(SIZE[0] + 150, 5)
+    session.settle()
+    yield session
+    for key in ("Shift_L", "Control_L", *"wasdqe"):
+        session.hands.key(key, False)
+    session.hands.button(False)
+    session.steps(2)
+
+
+# --- The picture --------------------------------------------------------------------------------
+
+
+def test_the_picture_is_that_of_render(live):
+    scene = live.viewer.edits.scene
+    with rtbow.Renderer(scene) as renderer:
+        rgb = renderer.render()
+    shown = live.viewer.state.frame
+    assert shown.scene.camera.size_px == SIZE
+    np.testing.assert_allclose(shown.exposure_ev, rtbow.display.auto_exposure_ev(rgb), atol=0.05)
+    expected = display(rgb, shown.exposure_ev).astype(int)
+    # Another context's floats round to another code here and there.
+    difference = np.abs(live.picture().astype(int) - expected)
+    assert difference.max() <= 1
+    assert (difference > 0).mean() < 0.02
+
+
+def test_the_bow_is_where_the_panel_says(live):
+    live.viewer.change({"light.0.altitude_deg": 10.0, "camera.altitude_deg": 25.0})
+    live.settle()
+    high = live.picture().sum(axis=2).astype(float)
+    live.viewer.change({"light.0.altitude_deg": 25.0})
+    live.settle()
+    low = live.picture().sum(axis=2).astype(float)
+    column = SIZE[0] // 2
+    # The primary's top stands at 42 degrees less the sun's altitude; 15 degrees lower now.
+    fov = live.viewer.edits.scene.camera.fov_deg
+    focal = 0.5 * SIZE[0] / np.tan(np.radians(0.5 * fov))
+    row = [90 - focal * np.tan(np.radians(42.0 - sun - 25.0)) for sun in (10.0, 25.0)]
+    found = [float(np.argmax(image[:, column])) for image in (high, low)]
+    np.testing.assert_allclose(found, row, atol=6.0)
+
+
+def test_exposure_and_false_colours(live):
+    before = live.picture().astype(float).mean()
+    live.viewer.state.exposure_ev = live.viewer.state.frame.exposure_ev + 2.0
+    live.steps(2)
+    assert live.picture().astype(float).mean() < 0.6 * before
+    live.tap("l")
+    assert "false" in live.viewer.state.overlays
+    colours = live.picture().reshape(-1, 3)
+    # Viridis ends in dark violet and yellow.
+    assert np.any((colours[:, 2] > 70) & (colours[:, 0] < 80) & (colours[:, 1] < 60))
+    assert np.any((colours[:, 0] > 180) & (colours[:, 2] < 90))
+
+
+def test_overlays_come_and_go_with_their_keys(live):
+    plain = live.picture()
+    for key in "cgb":
+        live.tap(key)
+        live.settle()
+        drawn = live.picture()
+        changed = np.any(drawn != plain, axis=2).mean()
+        assert 0.002 < changed < 0.5, key
+        live.tap(key)
+        live.settle()
+        assert np.any(live.picture() != plain, axis=2).mean() < 1e-3
+
+
+# --- Moving about -------------------------------------------------------------------------------
+
+
+def test_a_drag_turns_the_view_with_the_mouse(live):
+    x, y = live.middle()
+    before = live.viewer.edits.scene.camera
+    live.drag((x, y), (x + 40, y + 20))
+    after = live.viewer.edits.scene.camera
+    focal = 0.5 * SIZE[0] / np.tan(np.radians(0.5 * before.fov_deg))
+    assert after.azimuth_deg - before.azimuth_deg == pytest.approx(
+        -np.degrees(40 / focal / np.cos(np.radians(before.altitude_deg))), rel=0.25
+    )
+    assert after.altitude_deg - before.altitude_deg == pytest.approx(
+        np.degrees(20 / focal), rel=0.25
+    )
+    live.viewer.undo()
+    assert live.viewer.edits.scene.camera == before
+    assert not live.viewer.edits.changes
+
+
+def test_keys_fly_and_shift_flies_faster(live):
+    ways = []
+    for modifiers in ((), ("Shift_L",)):
+        before = np.array(live.viewer.edits.scene.camera.position_m)
+        for name in (*modifiers, "d"):
+            live.hands.key(name, True)
+        begun = time.monotonic()
+        while time.monotonic() - begun < 0.6:
+            live.viewer.step()
+        for name in ("d", *modifiers):
+            live.hands.key(name, False)
+        live.steps(3)
+        ways.append(np.array(live.viewer.edits.scene.camera.position_m) - before)
+    assert ways[0][0] > 1.0  # to the right is east for a camera that looks north
+    assert np.abs(ways[0][1:]).max() < 1e-9
+    assert ways[1][0] > 2.0 * ways[0][0]
+
+
+def test_the_wheel_zooms(live):
+    x, y = live.middle()
+    live.move(x, y)
+    before = live.viewer.edits.scene.camera.fov_deg
+    live.hands.button(True, 4)
+    live.hands.button(False, 4)
+    live.steps(3)
+    assert live.viewer.edits.scene.camera.fov_deg < before
+
+
+def test_a_double_click_centres_the_antisolar_point(live):
+    x, y = live.middle()
+    live.click(x, y, times=2)
+    camera = live.viewer.edits.scene.camera
+    from rtbow.camera import camera_basis
+
+    forward = camera_basis(camera)[0]
+    assert forward @ antisolar(live.viewer.edits.scene) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_what_is_under_the_cursor_is_read_and_marked(live):
+    x, y = live.middle()
+    live.viewer.state.spectrum = None
+    live.move(x, y)
+    live.hands.button(True, 3)
+    live.steps(2)
+    live.hands.button(False, 3)
+    live.until(lambda: live.viewer.state.spectrum is not None)
+    nm, radiance = live.viewer.state.spectrum
+    assert nm[0] >= 380.0
+    assert nm[-1] <= 780.0
+    assert radiance.max() > 0.0
+
+
+def test_the_split_bar_is_dragged(live):
+    live.tap("v")
+    assert live.viewer.edits.scene.compare is not None
+    live.viewer.change({"compare.right": {"scattering.orders": [1]}})
+    live.settle()
+    left, top, width, height = live.viewer.view_units()
+    y = top + 0.9 * height
+    live.drag((left + 0.5 * width, y), (left + 0.25 * width, y))
+    assert live.viewer.edits.scene.compare.split == pytest.approx(0.25, abs=0.02)
+    live.settle()
+    live.tap("v")
+    assert live.viewer.edits.scene.compare is None
+
+
+# --- The panel ----------------------------------------------------------------------------------
+
+
+def test_every_slider_in_sight_moves_with_the_mouse(live):
+    viewer = live.viewer
+    glfw.set_window_size(viewer.window.handle, SIZE[0] + 340, SCREEN[1] - 100)
+    viewer.panel.ui.seen = {}
+    try:
+        live.steps(4)
+        for section in ("Air", "Theory", "Camera"):
+            left, top, right, bottom = viewer.panel.ui.seen[f"section/{section}"]
+            live.click(0.5 * (left + right), 0.5 * (top + bottom))
+        live.steps(4)
+        first = viewer.edits.scene
+        numbers = {
+            f"{row.name}.{inner.name}": inner
+            for row in rows_of("", type(first))
+            if isinstance(getattr(first, row.name), BaseModel)
+            for inner in rows_of(row.name, type(getattr(first, row.name)))
+            if inner.kind == "number"
+        }
+        tried = 0
+        for path, rect in list(viewer.panel.ui.seen.items()):
+            if path not in numbers and not path.startswith("light.0."):
+                continue
+            values = viewer.edits.scene.model_dump()
+            at = values
+            for part in path.split("."):
+                at = at[int(part)] if part.isdigit() else at.get(part)
+            if not isinstance(at, float):
+                continue
+            left, top, right, bottom = rect
+            y = 0.5 * (top + bottom)
+            middle = 0.5 * (left + right)
+            live.drag((middle, y), (left + 0.8 * (right - left), y))
+            assert list(viewer.edits.changes) == [path], path
+            viewer.undo()
+            live.steps(2)
+            assert viewer.edits.scene == first, path
+            tried += 1
+        assert tried >= 6
+    finally:
+        viewer.panel.ui.seen = None
+        glfw.set_window_size(viewer.window.handle, SIZE[0] + 340, SIZE[1])
+        live.steps(4)
+
+
+def test_the_panel_goes_and_comes(live):
+    assert live.viewer.view_rect()[2] == SIZE[0]
+    live.tap("Tab")
+    assert not live.viewer.state.panel_open
+    assert live.viewer.panel_units() == 0.0
+    live.tap("Tab")
+    assert live.viewer.state.panel_open
+
+
+def test_help_lists_the_keys(live):
+    plain = live.viewer.screenshot()
+    live.tap("F1")
+    live.steps(3)
+    assert live.viewer.state.help_open
+    assert np.any(live.viewer.screenshot() != plain, axis=2).mean() > 0.05
+    live.tap("F1")
+    assert not live.viewer.state.help_open
+
+
+def test_a_change_never_stops_the_window(live):
+    """Steps of the loop while tables are built anew elsewhere; 1 s would be a frozen window."""
+    slowest = 0.0
+    for radius in (100.0, 220.0, 470.0):
+        live.viewer.change({"droplets.radius.radius_um": radius})
+        while not live.viewer.settled:
+            begun = time.perf_counter()
+            live.viewer.step()
+            slowest = max(slowest, time.perf_counter() - begun)
+    assert live.viewer.state.frame.scene.droplets.radius.radius_um == 470.0
+    assert slowest < 1.0
+
+
+# --- Keeping ------------------------------------------------------------------------------------
+
+
+def test_undo_redo_and_the_command(live):
+    live.viewer.change({"light.0.altitude_deg": 12.0})
+    live.tap("c", "Control_L")
+    text = glfw.get_clipboard_string(None).decode()
+    assert text.startswith("rtbow render uniform --set 'camera.size_px=[320, 180]'")
+    assert "--set light.0.altitude_deg=12.0" in text
+    live.tap("z", "Control_L")
+    assert not live.viewer.edits.changes
+    live.tap("z", "Control_L", "Shift_L")
+    assert live.viewer.edits.changes == {"light.0.altitude_deg": 12.0}
+
+
+def test_saved_frame_and_scene_give_the_same_picture(live, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    live.viewer.change({"light.0.altitude_deg": 12.0, "camera.fov_deg": 61.0})
+    live.settle()
+    frame, scene = tmp_path / "found.exr", tmp_path / "found.toml"
+    live.viewer.save_frame((str(frame), str(frame.with_suffix(".png"))))
+    live.viewer.save_scene(str(scene))
+    live.until(lambda: frame.with_suffix(".png").is_file())
+    live.settle()
+    saved, metadata = rtbow.image.read_exr(frame)
+    with rtbow.Renderer(load_scene(scene)) as renderer:
+        again = renderer.render()
+    np.testing.assert_array_equal(saved, again)
+    assert metadata["method"] == "fast"
+    assert metadata["command"].startswith("rtbow render uniform")
+    assert rtbow.scene_file.scene_from_text(metadata["scene"]) == load_scene(scene)
+
+
+def test_keys_save_under_names_that_are_free(live, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    live.tap("e", "Control_L")
+    live.until(lambda: (tmp_path / "uniform-01.png").is_file())
+    live.tap("e", "Control_L")
+    live.until(lambda: (tmp_path / "uniform-02.png").is_file())
+    live.tap("s", "Control_L")
+    assert load_scene(tmp_path / "uniform-03.toml") == live.viewer.edits.scene
+
+
+def test_dropped_files_are_opened_or_refused(live, tmp_path):
+    good, bad, other = tmp_path / "a b.toml", tmp_path / "bad.toml", tmp_path / "a.txt"
+    shutil.copy(rtbow.scene_file.builtin_scenes()["street-lamp"], good)
+    bad.write_text("[camera]\nfov_deg = 200\n")
+    other.write_text("")
+    window = glfw.get_x11_window(live.viewer.window.handle)
+
+    def drop(path: Path) -> None:
+        live.hands.drop(window, [path.as_uri()], live.viewer.step)
+        live.steps(3)
+
+    before = live.viewer.edits.scene
+    drop(bad)
+    assert "camera.fov_deg = 200" in live.viewer.state.stale
+    assert live.viewer.edits.scene == before
+    drop(other)
+    assert "is not a scene" in live.viewer.state.notices[-1].text
+    drop(good)
+    assert live.viewer.state.stale == ""
+    assert live.viewer.edits.scene == load_scene(good)
+    live.settle()
+
+
+# --- The window itself --------------------------------------------------------------------------
+
+
+def test_sizes_from_one_pixel_up(live):
+    viewer = live.viewer
+    for width, height in ((1, 1), (200, 120), (2, 400), (800, 300)):
+        glfw.set_window_size(viewer.window.handle, width, height)
+        live.until(lambda: glfw.get_window_size(viewer.window.handle) == (width, height))  # noqa: B023
+        live.steps(3)
+    glfw.set_window_size(viewer.window.handle, SIZE[0] + 340, SIZE[1])
+    live.settle()
+    assert viewer.view_rect()[2:] == SIZE
+    assert live.picture().mean() > 1.0
+
+
+def test_minimised_and_brought_back(live):
+    viewer = live.viewer
+    window = glfw.get_x11_window(viewer.window.handle)
+    live.hands.set_state(window, ICONIC)
+    live.until(lambda: not viewer.window.visible)
+    painted = viewer.painted
+    for _ in range(20):
+        viewer.step()
+    assert viewer.painted == painted
+    live.hands.set_state(window, NORMAL)
+    live.until(lambda: viewer.window.visible)
+    live.settle()
+    assert live.picture().mean() > 1.0
+
+
+def test_full_screen_and_back(live):
+    live.tap("F11")
+    live.until(lambda: glfw.get_window_size(live.viewer.window.handle) == SCREEN)
+    live.steps(3)
+    live.tap("F11")
+    live.until(lambda: glfw.get_window_size(live.viewer.window.handle) == (SIZE[0] + 340, SIZE[1]))
+    live.settle()
+
+
+def test_a_thousand_pictures_take_no_memory(live):
+    viewer = live.viewer
+    first = 0.0
+    for k in range(1100):
+        viewer.change({"light.0.altitude_deg": 10.0 + 5.0 * np.sin(0.05 * k)}, "turn")
+        live.steps(1)
+        if k == 100:
+            first = PeakMemory().start_mib
+    assert PeakMemory().start_mib - first < 5.0
+
+
+# --- From the command line ----------------------------------------------------------------------
+
+
+def view(*words: str, timeout: float = PATIENCE_S, **env: str) -> subprocess.CompletedProcess[str]:
+    whole = {k: v for k, v in {**os.environ, **env}.items() if v}
+    return subprocess.run(
+        [sys.executable, "-m", "rtbow", "view", *words],
+        capture_output=True, text=True, timeout=timeout, env=whole,
+    )  # fmt: skip
+
+
+def test_a_script_takes_a_screenshot(screen, tmp_path):
+    path = tmp_path / "a.png"
+    result = view(
+        "red-sun", "--size", "320x180", "--frames", "3", "--screenshot", str(path), DISPLAY=screen
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    from PIL import Image
+
+    assert Image.open(path).size == (SIZE[0] + 340, SIZE[1])
+
+
+def test_without_a_display_it_says_what_to_do():
+    result = view("uniform", DISPLAY="", WAYLAND_DISPLAY="")
+    assert result.returncode == 3
+    assert "rtbow render" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_an_old_driver_is_told(screen):
+    result = view("uniform", DISPLAY=screen, MESA_GL_VERSION_OVERRIDE="3.0")
+    assert result.returncode == 3
+    assert "3.3" in result.stderr
+
+
+def test_a_wrong_scene_or_file_is_told_before_the_window_opens(screen):
+    assert view("nothing", DISPLAY=screen).returncode == 2
+    result = view("uniform", "--screenshot", "a.gif", DISPLAY=screen)
+    assert result.returncode == 2
+    assert ".png" in result.stderr
+
+
+WATCHED = """
+import sys, time
+from pathlib import Path
+from rtbow.scene_file import load_scene
+from rtbow.view.app import Viewer
+from rtbow.view.edits import Opened
+
+def main():
+    scene, shader = Path(sys.argv[1]), Path(sys.argv[2])
+    viewer = Viewer(Opened(load_scene(scene), str(scene)), watch=True)
+
+    def until(condition):
+        end = time.monotonic() + 120
+        while not condition() and time.monotonic() < end:
+            viewer.step()
+        return condition()
+
+    text = scene.read_text()
+    print(until(lambda: viewer.settled))
+    scene.write_text(text.replace("altitude_deg = 42.0", "altitude_deg = 30.0"))
+    print(until(lambda: viewer.edits.scene.light[0].altitude_deg == 30.0 and viewer.settled))
+    scene.write_text(text.replace("altitude_deg = 42.0", "altitude_deg = 420.0"))
+    print(until(lambda: "altitude_deg = 420" in viewer.state.stale))
+    print(viewer.edits.scene.light[0].altitude_deg, viewer.frame_rgb.max() > 0.0)
+    scene.write_text(text)
+    print(until(lambda: not viewer.state.stale and viewer.settled))
+    whole = shader.read_text()
+    shader.write_text(whole.replace("radiance.rgb = ", "radiance.rgb = wrong + "))
+    print(until(lambda: "fast_sun.frag" in viewer.state.stale))
+    print(viewer.state.stale)
+    shader.write_text(whole.replace("radiance.rgb = ", "radiance.rgb = 2.0 * "))
+    before = float(viewer.frame_rgb.max())
+    print(until(lambda: not viewer.state.stale and viewer.settled))
+    print(round(float(viewer.frame_rgb.max()) / before, 3))
+    viewer.close()
+
+if __name__ == "__main__":
+    main()
+"""
+
+SCENE = """
+[camera]
+size_px = [160, 90]
+[[light]]
+altitude_deg = 42.0
+[droplets]
+box_m = [[-200.0, 100.0, 0.0], [200.0, 300.0, 200.0]]
+radius = { distribution = "constant", radius_um = 300.0 }
+density = { number_per_m3 = 1000.0 }
+"""
+
+
+def test_changed_files_are_taken_over_and_mistakes_told(screen, tmp_path):
+    # In a copy of the project: its shaders are changed.
+    root = Path(rtbow.__file__).parents[1]
+    for name in ("rtbow", "shaders", "scenes"):
+        shutil.copytree(root / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(root / "pyproject.toml", tmp_path)
+    scene, driver = tmp_path / "mine.toml", tmp_path / "driver.py"
+    scene.write_text(SCENE)
+    driver.write_text(textwrap.dedent(WATCHED))
+    result = subprocess.run(
+        [sys.executable, str(driver), str(scene), str(tmp_path / "shaders" / "fast_sun.frag")],
+        capture_output=True, text=True, timeout=280, cwd=tmp_path,
+        env={**os.environ, "DISPLAY": screen, "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    lines = result.stdout.splitlines()
+    assert lines[:3] == ["True"] * 3, result.stdout
+    assert lines[3] == "30.0 True"
+    assert lines[4:6] == ["True"] * 2, result.stdout
+    assert any("fast_sun.frag:" in line and "wrong" in line for line in lines), result.stdout
+    assert lines[-2:] == ["True", "2.0"], result.stdout
+
+
+def test_changes_are_recovered_when_something_breaks(screen, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code = """
+        import sys
+        from rtbow.errors import UnavailableError
+        from rtbow.view import app, window
+
+        def lost(self):
+            raise UnavailableError("the context is lost")
+
+        def spoil(viewer, frames=None, screenshot=None):
+            viewer.change({"light.0.altitude_deg": 3.0})
+            window.Window.show = lost
+            while True:
+                viewer.step()
+
+        app.Viewer.run = spoil
+        if __name__ == "__main__":
+            sys.argv = ["rtbow", "view", "uniform", "--size", "64x36"]
+            from rtbow.cli import main
+            main()
+    """
+    script = tmp_path / "spoil.py"
+    script.write_text(textwrap.dedent(code))
+    result = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=PATIENCE_S,
+        cwd=tmp_path, env={**os.environ, "DISPLAY": screen},
+    )  # fmt: skip
+    assert result.returncode == 3, result.stderr
+    assert "uniform-recovered.toml" in result.stderr
+    assert "the context is lost" in result.stderr
+    assert load_scene(tmp_path / "uniform-recovered.toml").light[0].altitude_deg == 3.0
