@@ -132,7 +132,7 @@ class Window:
         nowhere: Any = None
 
         def paste(_: Any) -> str:
-            text = glfw.get_clipboard_string(nowhere)
+            text: Any = glfw.get_clipboard_string(nowhere)  # bytes, whatever its stub says
             return text.decode("utf-8", "replace") if text else ""
 
         platform = imgui.get_platform_io()
