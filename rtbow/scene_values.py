@@ -13,6 +13,7 @@ from rtbow.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_errors import explain
 from rtbow.scene_overrides import apply_overrides, flat, plain
+from rtbow.scene_schema import toml_text
 
 
 def scene_from_values(data: dict[str, Any], name: str, changes: Mapping[str, Any]) -> Scene:
@@ -52,6 +53,11 @@ def changed_scene(scene: Scene, changes: Mapping[str, object]) -> Scene:
 def values_of(scene: Scene) -> dict[str, Any]:
     """Give all of a scene's values as TOML would: defaults filled in, what is left out left out."""
     values: dict[str, Any] = plain(scene.model_dump(exclude_none=True))
+    if scene.compare is not None:
+        values["compare"]["right"] = {
+            key: toml_text(None) if value is None else value
+            for key, value in values["compare"]["right"].items()
+        }
     return values
 
 
@@ -161,7 +167,10 @@ def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collec
         InputError: a key that no scene has, one that both parts must share, or a wrong value.
     """
     assert scene.compare is not None
-    changes = dict(flat(scene.compare.right))
+    # TOML has no word for what is left out; --set has.
+    changes = {
+        key: None if value == toml_text(None) else value for key, value in flat(scene.compare.right)
+    }
 
     def typed(key: str) -> str:
         """Name a key as it was typed: after ``--set``, or in the file."""

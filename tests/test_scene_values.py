@@ -94,3 +94,13 @@ def test_files_that_a_scene_names(tmp_path: Path):
         },
     )
     assert sorted(scene_files(split)) == [volume, lamp, other]
+
+
+def test_what_the_right_part_leaves_out_is_kept():
+    scene = load_scene(None, dict([parse_set("compare.right.atmosphere=none")]))
+    assert scene.atmosphere is not None
+    assert scene.parts()[1][0].atmosphere is None
+    again = scene_from_text(scene_text(scene))
+    assert again.parts()[1][0] == scene.parts()[1][0]
+    typed = [f"{key}={toml_text(value)}" for key, value in differences(load_scene(), scene).items()]
+    assert changed_scene(load_scene(), dict(map(parse_set, typed))).parts()[1][0].atmosphere is None

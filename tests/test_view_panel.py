@@ -697,16 +697,18 @@ def test_a_value_on_the_right_replaces_what_is_inside_it():
     assert merged({"a.b": 1, "a.bc": 2}, {"a.b": None}) == {"a.bc": 2}
 
 
-def test_the_right_side_leaves_nothing_out_that_the_left_has(egl):
-    """TOML has no word for it: such a scene could not be saved."""
+def test_the_right_side_leaves_out_what_the_left_has(egl):
     with staged(egl, "shower", changes={"compare.right": {}}) as stage:
         stage.open_all()
         stage.state.side = "right"
         stage.frames(2)
         before = stage.edits.scene
         stage.click("atmosphere/on", 0.1)
-        assert stage.edits.scene is before
-        assert "left out on the right" in stage.panel.ui.refusals["atmosphere"].message
+        assert stage.edits.scene.atmosphere is not None
+        assert stage.edits.scene.parts()[1][0].atmosphere is None
+        assert scene_from_text(scene_text(stage.edits.scene)) == stage.edits.scene
+        stage.click("atmosphere/on", 0.1)
+        assert stage.edits.scene.parts()[1][0] == before.parts()[1][0]
 
 
 # --- the sun by date -----------------------------------------------------------------------------

@@ -17,11 +17,6 @@ from rtbow.view.edits import Edits
 from rtbow.view.state import Actions, ViewState
 
 RIGHT = "compare.right"
-_NOT_LEFT_OUT = (
-    "cannot be left out on the right alone: TOML has no word for it; leave it out on the left, and "
-    "give it on the right"
-)
-
 Path = tuple[str | int, ...]
 
 
@@ -66,10 +61,14 @@ class Proposals:
         whole: dict[str, object] = dict(changes)
         if self.right and not any(key.startswith("compare") for key in changes):
             left = self._left
-            for key, value in changes.items():
-                if value is None and value_at(left, split_path(key)) is not None:
-                    return f"{key} {_NOT_LEFT_OUT}"
-            whole = {RIGHT: merged(_compare(left).right, changes)}
+            # What the left has is left out on the right by a word of its own.
+            told = {
+                key: toml_text(None)
+                if value is None and value_at(left, split_path(key)) is not None
+                else value
+                for key, value in changes.items()
+            }
+            whole = {RIGHT: merged(_compare(left).right, told)}
         return self._actions.change(whole, gesture)
 
     def reset(self, *keys: str) -> str:
