@@ -1,0 +1,113 @@
+"""Measure the frame rate of the live window over a scripted minute, on a screen of its own.
+
+    python tools/live_rate.py [SCENE] [--size 640x360] [--seconds 60]
+
+The panel is open. For half of the time the mouse drags the view to and fro through the X server,
+for the other half the sun goes up and down. Needs Xvfb. A picture counts when a newly rendered frame
+of the scene has reached the screen.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+
+_SCREEN = (1600, 1000)
+_AMPLITUDE_PX = (120.0, 40.0)
+_PERIOD_S = 4.0
+_SUN_DEG = (8.0, 32.0)
+_GRACE_S = 120.0
+
+
+def measure(name: str, size: tuple[int, int], seconds: float) -> None:
+    """Print frame rates, render scales and the longest stop of the window."""
+    from screen import Hands, virtual_screen  # type: ignore[import-not-found]  # of the tests
+
+    from rtbow.scene_file import load_scene
+    from rtbow.view.app import Viewer
+    from rtbow.view.edits import Opened
+
+    with virtual_screen(*_SCREEN) as screen:
+        os.environ["DISPLAY"] = screen
+        size_px = f"camera.size_px={list(size)}"
+        scene = load_scene(name, {"camera.size_px": list(size)})
+        viewer, hands = Viewer(Opened(scene, name, (size_px,))), Hands(screen)
+        end = time.perf_counter() + _GRACE_S
+        while not viewer.settled and time.perf_counter() < end:
+            viewer.step()
+        left, top, width, height = viewer.view_units() or (0.0, 0.0, 1.0, 1.0)
+        middle = left + 0.5 * width, top + 0.5 * height
+        # What the first move builds is no part of the rate.
+        rest = time.perf_counter() + 5.0
+        while time.perf_counter() < rest:
+            viewer.step()
+
+        def look(at: float) -> None:
+            turn = 2.0 * np.pi * at / _PERIOD_S
+            hands.move(
+                middle[0] + _AMPLITUDE_PX[0] * np.sin(turn),
+                middle[1] + _AMPLITUDE_PX[1] * np.sin(0.7 * turn),
+            )
+
+        def turn_sun(at: float) -> None:
+            low, high = _SUN_DEG
+            level = low + (high - low) * (0.5 - 0.5 * np.cos(2.0 * np.pi * at / _PERIOD_S))
+            viewer.change({"light.0.altitude_deg": float(level)}, "turn")
+
+        hands.move(*middle)
+        viewer.step()
+        hands.button(True)
+        _report("looking", viewer, look, 0.5 * seconds)
+        hands.button(False)
+        _report("turning the sun", viewer, turn_sun, 0.5 * seconds)
+        frame = viewer.state.frame
+        print(f"{name}, {size[0]}x{size[1]}, panel open, {frame.renderer if frame else 'no frame'}")
+        hands.close()
+        viewer.close()
+
+
+def _report(what: str, viewer: object, act: Callable[[float], None], seconds: float) -> None:
+    from rtbow.view.app import Viewer
+
+    assert isinstance(viewer, Viewer)
+    before, painted, stops, scales = viewer.state.frames_shown, viewer.painted, [], []
+    begun = last = time.perf_counter()
+    while last - begun < seconds:
+        act(last - begun)
+        viewer.step()
+        now = time.perf_counter()
+        stops.append(now - last)
+        scales.append(viewer.state.scale)
+        last = now
+    frames = viewer.state.frames_shown - before
+    print(
+        f"{what}: {frames / seconds:.1f} frames/s,"
+        f" window {(viewer.painted - painted) / seconds:.0f}/s,"
+        f" scale {np.median(scales):.2f} ({min(scales):.2f} to {max(scales):.2f}),"
+        f" longest stop {1e3 * max(stops):.0f} ms"
+    )
+
+
+def main() -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("scene", nargs="?", default="shower")
+    parser.add_argument("--size", default="640x360")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    given = parser.parse_args()
+    width, height = (int(side) for side in given.size.split("x"))
+    measure(given.scene, (width, height), given.seconds)
+
+
+if __name__ == "__main__":
+    main()
