@@ -3,8 +3,8 @@
     python tools/live_rate.py [SCENE] [--size 640x360] [--seconds 60]
 
 The panel is open. For half of the time the mouse drags the view to and fro through the X server,
-for the other half the sun goes up and down. Needs Xvfb. A picture counts when a newly rendered frame
-of the scene has reached the screen.
+for the other half the sun goes up and down. Needs Xvfb. A picture counts when a newly rendered
+frame of the scene has reached the screen.
 """
 
 from __future__ import annotations

@@ -208,22 +208,23 @@ class Hud:
         _box("##legend", (area[0] + 8.0, area[1] + area[3] - 8.0), (0.0, 1.0), content)
 
     def _draw_notes(self, host: Host, area: Area) -> None:
-        """What is wrong, and what goes on, where nobody can miss it."""
+        """What is wrong with the scene, over the last good picture; the rest is the panel's."""
         state = host.state
+        alone = not state.panel_open
 
         def content() -> None:
             imgui.push_text_wrap_pos(max(area[2] - 40.0, 100.0))
             if state.stale:
                 imgui.text_colored(look.ERROR, state.stale)
-            if state.progress is not None:
+            if alone and state.progress is not None:
                 share, what = state.progress
                 imgui.progress_bar(share, imgui.ImVec2(220.0, 0.0), f"{what}: {share:.0%}")
-            for notice in state.notices:
+            for notice in state.notices if alone else ():
                 colour = look.ERROR if notice.severity == "error" else look.TEXT
                 imgui.text_colored(colour, notice.text)
             imgui.pop_text_wrap_pos()
 
-        if state.stale or state.progress is not None or state.notices:
+        if state.stale or (alone and (state.progress is not None or state.notices)):
             _box("##notes", (area[0] + 0.5 * area[2], area[1] + 8.0), (0.5, 0.0), content)
 
     # --- what is under the cursor -------------------------------------------------------------
