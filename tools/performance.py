@@ -1,9 +1,11 @@
 """Write docs/performance.md from what ``rtbow bench --json`` measured.
 
-    python tools/performance.py FILE.json [MORE.json ...] [-o FILE.md]
+    python tools/performance.py FILE.json [MORE.json ...] [-o FILE.md] [--readme README.md]
 
-The targets and their scenes stand here; every number comes from the files. Plots go to a folder
-beside the document, with the document's name. Where two files have the same row, the later counts.
+With ``--readme``, the table between the marks ``<!-- speed -->`` and ``<!-- /speed -->`` of that
+file is written, too. The targets and their scenes stand here; every number comes from the files.
+Plots go to a folder beside the document, with the document's name. Where two files have the same
+row, the later counts.
 """
 
 from __future__ import annotations
@@ -182,9 +184,14 @@ def _how(rows: Sequence[Row]) -> Iterator[str]:
     if samples:
         yield _wrapped(f"Pixels compared: {'; '.join(samples)}.")
         yield ""
-    commands = dict.fromkeys(row["command"] for row in rows if row["command"])
+    commands = dict.fromkeys(_shown(row["command"]) for row in rows if row["command"])
     if commands:
         yield from ("```sh", *commands, "```", "")
+
+
+def _shown(command: str) -> str:
+    """Give a command with files by their names alone: where they lay is nobody's business."""
+    return re.sub(r"(?<=\s)[^\s]*/([^/\s]+\.json)", r"\1", command)
 
 
 def _devices(rows: Sequence[Row], pictures: Mapping[str, str], none: str) -> Iterator[str]:
@@ -384,6 +391,58 @@ def _wrapped(text: str, *, bullet: bool = False) -> str:
     )  # fmt: skip
 
 
+# --- The README ---------------------------------------------------------------------------------
+
+_MARKS = re.compile(r"(<!-- speed -->\n).*?(<!-- /speed -->)", re.DOTALL)
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """Write the rows of method ``fast``, each beside its ``spectral``, as a short table."""
+    spectral = {
+        json.dumps([scene_text(row), row["size_px"]]): row
+        for row in rows
+        if row["method"] == "spectral" and row["scaling"] is None
+    }
+    lines = [
+        "| scene | `fast`, ms | times the floor | times as quick as `spectral`"
+        " | ΔE2000 `fast` | ΔE2000 `spectral` |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for row in rows:
+        if row["method"] != "fast" or row["scaling"] is not None or row["skipped"]:
+            continue
+        if row["setting"] or row["scene"].startswith("random-"):
+            continue
+        name = f"`{scene_text(row)}`"
+        if row["size_px"] != TARGET_SIZE:
+            name += ", {}×{}".format(*row["size_px"])
+        other = spectral.get(json.dumps([scene_text(row), row["size_px"]]))
+        cells = (
+            name, short(row["frame_ms"], 2), short(row["floor_ratio"], 2),
+            short(row["speed_up"], 3) if row["speed_up"] else NOT_MEASURED,
+            short(row["delta_e_p99"], 2),
+            short(other["delta_e_p99"], 2) if other else _DASH,
+        )  # fmt: skip
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def write_summary(rows: Sequence[Row], readme: Path) -> None:
+    """Put the short table into a file, between its marks.
+
+    Raises:
+        InputError: the file cannot be read, or lacks the marks.
+    """
+    try:
+        text = readme.read_text("utf-8")
+    except OSError as error:
+        raise InputError(f"{readme}: cannot be read: {error.strerror}") from error
+    if not _MARKS.search(text):
+        raise InputError(f"{readme}: has no <!-- speed --> … <!-- /speed -->; put them in")
+    table = summary(rows)
+    write_atomic(readme, _MARKS.sub(lambda m: m[1] + table + m[2], text).encode())
+
+
 # --- The files ---------------------------------------------------------------------------------
 
 
@@ -419,10 +478,15 @@ def main() -> int:
     )
     parser.add_argument("files", nargs="+", type=Path, help="what rtbow bench --json wrote")
     parser.add_argument("-o", "--output", type=Path, default=OUTPUT)
+    parser.add_argument("--readme", type=Path, help="a file with a table of its own to be written")
     given = parser.parse_args()
     try:
-        for path in write_document(read_rows(given.files), given.output):
+        rows = read_rows(given.files)
+        for path in write_document(rows, given.output):
             print(f"wrote {path}")
+        if given.readme is not None:
+            write_summary(rows, given.readme)
+            print(f"wrote {given.readme}")
     except RtbowError as error:
         print(f"{COMMAND}: {error}", file=sys.stderr)
         return error.exit_code
