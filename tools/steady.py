@@ -26,9 +26,9 @@ from rtbow.bench_memory import PeakMemory
 from rtbow.cache import FOLDER_VARIABLE
 from rtbow.scene import Scene
 
-_WARM_UP = 100
-"""Frames before those that count: drivers compile and pools fill."""
 _PERIODS = 3
+"""Ups and downs of the sun in the frames that count. One more goes before: tables for every stretch
+of air are made in it, and the last few are kept."""
 _ALTITUDES = (5.0, 45.0)
 """Degrees between which the sun goes."""
 _STALL = 3.0
@@ -71,10 +71,10 @@ def with_sun_at(scene: Scene, altitude_deg: float) -> Scene:
     return scene.model_copy(update={"light": (sun, *scene.light[1:])})
 
 
-def altitudes(frames: int) -> Array:
-    """Give altitudes that go up and down evenly (frames,)."""
+def altitudes(frames: int, period: float) -> Array:
+    """Give altitudes that go up and down once in each period of frames (frames,)."""
     low, high = _ALTITUDES
-    phase = 2.0 * np.pi * _PERIODS * np.arange(frames) / frames
+    phase = 2.0 * np.pi * np.arange(frames) / period
     return floats(low + (high - low) * (0.5 - 0.5 * np.cos(phase)))
 
 
@@ -82,9 +82,10 @@ def moving(name: str, frames: int, size_px: list[int]) -> None:
     """Print times and memory of frames under a moving sun."""
     scene = rtbow.load_scene(name, {"camera.size_px": size_px})
     times, moves, held = [], [], []
+    warm_up = frames // _PERIODS
     with rtbow.Renderer(scene) as renderer:
         renderer.draw("fast")
-        for altitude in altitudes(_WARM_UP + frames):
+        for altitude in altitudes(warm_up + frames, warm_up):
             moved = with_sun_at(scene, float(altitude))
             begun = time.perf_counter()
             renderer.show(moved)
@@ -94,13 +95,14 @@ def moving(name: str, frames: int, size_px: list[int]) -> None:
             moves.append(1e3 * (shown - begun))
             held.append(PeakMemory().start_mib or float("nan"))
         device = renderer.gl_renderer
-    frame, move = floats(np.array(times[_WARM_UP:])), floats(np.array(moves[_WARM_UP:]))
+    frame, move = floats(np.array(times[warm_up:])), floats(np.array(moves[warm_up:]))
     median = float(np.median(frame))
     print(f"{name}, {size_px[0]}x{size_px[1]}, {frames} frames, {device}")
     print(f"frame: median {median:.1f} ms, worst {frame.max():.1f} ms")
     print(f"frames over {_STALL:g} times the median: {int(np.sum(frame > _STALL * median))}")
     print(f"of which the move: median {np.median(move):.1f} ms, worst {move.max():.1f} ms")
-    print(f"memory: {held[_WARM_UP]:.1f} MiB after {_WARM_UP} frames, {held[-1]:.1f} at the end")
+    at = [warm_up, *(warm_up + frames * part // 4 - 1 for part in range(1, 5))]
+    print("memory:", ", ".join(f"{held[k]:.1f} MiB after {k + 1} frames" for k in at))
 
 
 def main() -> None:
