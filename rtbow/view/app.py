@@ -272,6 +272,7 @@ class Viewer:
             self.notify(f"saved {', '.join(map(os.path.relpath, reply.paths))}")
         elif isinstance(reply, SpectrumTaken):
             state.spectrum = reply.wavelength_nm, reply.radiance
+            state.spectrum_number = reply.number
         elif isinstance(reply, Failed):
             state.progress = state.waiting_since_s = None
             order, _ = self._orders.pop(reply.number, (None, now))
@@ -285,14 +286,18 @@ class Viewer:
     def _analyst_busy(self) -> bool:
         return self._analyst is not None and self._analyst.busy
 
-    def take_spectrum(self, scene: Scene, direction: tuple[float, float, float]) -> None:
-        """Have the spectrum along a direction computed by the reference."""
+    def take_spectrum(self, scene: Scene, direction: tuple[float, float, float]) -> int:
+        """Have the spectrum along a direction computed by the reference; give the request's number.
+
+        What comes of it is the state's ``spectrum``.
+        """
         if self._analyst is None:
             # Of its own, so that pictures go on meanwhile.
             self._analyst = Worker(self._backend)
         self.state.spectrum = None
         number = self._analyst.next_number()
         self._analyst.send(TakeSpectrum(number, scene, direction))
+        return number
 
     # --- files --------------------------------------------------------------------------------
 

@@ -50,6 +50,8 @@ class ViewState:
         stale: why the last good picture is still shown; empty if it is the scene's.
         notices: lines for the person.
         spectrum: wavelengths (nm) and spectral radiance at the chosen pixel, once computed.
+        spectrum_number: of the request that it answers.
+        circle_orders: internal reflections of the bows whose Descartes circles are drawn.
         recent: scene files opened or saved last.
     """
 
@@ -69,6 +71,8 @@ class ViewState:
     stale: str = ""
     notices: list[Notice] = field(default_factory=list)
     spectrum: tuple[Array, Array] | None = None
+    spectrum_number: int = 0
+    circle_orders: tuple[int, ...] = (1, 2)
     recent: list[str] = field(default_factory=list)
 
 
