@@ -13,6 +13,7 @@ from rtbow.arrays import Array, Float32
 from rtbow.scene import Scene
 from rtbow.view import look
 from rtbow.view.overlays import Overlay, box_of, overlays
+from rtbow.view.projection import part_views
 from rtbow.view.readout import PixelReadout, Profile, profile, read_pixel, text_of
 from rtbow.view.state import ViewState
 
@@ -32,11 +33,13 @@ _FLAGS = (
 )
 _BAR_REACH = 6.0
 """Half width of the split bar's handle."""
-_PLOT_SIZE = (300.0, 150.0)
-"""Of a plot, at most; a small picture has smaller ones."""
+_PLOT_SIZE = (20.0, 10.0)
+"""Of a plot, in letters' heights, at most; a small picture has smaller ones."""
 _PROFILE_POINTS = 256
-_LEGEND = (180.0, 12.0)
-_NAME_WIDTH = 140.0
+_FIT = implot.AxisFlags_.auto_fit
+_NO_LEGEND = implot.Flags_.no_legend
+_LEGEND = (12.0, 0.8)
+"""Of the colours, in letters' heights."""
 _COLOURS = {
     "bow": (0.55, 0.85, 1.0, 0.9), "horizon": (1.0, 0.9, 0.5, 0.9), "grid": (1.0, 1.0, 1.0, 0.28),
     "box": (0.6, 1.0, 0.6, 0.7), "light": (1.0, 0.9, 0.4, 1.0), "antisolar": (1.0, 1.0, 1.0, 0.9),
@@ -56,8 +59,8 @@ class Host(Protocol):
     def change(self, changes: dict[str, object], gesture: object = None) -> str:
         """Replace values of the scene."""
 
-    def take_spectrum(self, scene: Scene, direction: tuple[float, float, float]) -> None:
-        """Have the spectrum along a direction computed."""
+    def take_spectrum(self, scene: Scene, direction: tuple[float, float, float]) -> int:
+        """Have the spectrum along a direction computed; give the request's number."""
 
     def false_range(self) -> tuple[float, float] | None:
         """Give log10 of the luminances at the ends of the false colours."""
@@ -65,11 +68,17 @@ class Host(Protocol):
 
 @dataclass
 class _Mark:
-    """A chosen point of the picture."""
+    """A chosen direction, which stays where it is in the scene while the camera turns.
 
-    at: tuple[float, float]
+    Attributes:
+        direction: unit vector (3,).
+        scene: that is seen there, when its spectrum was asked for.
+        number: of the request for the spectrum.
+    """
+
+    direction: Array
     scene: Scene
-    profile: Profile | None
+    number: int
 
 
 class Hud:
@@ -80,6 +89,7 @@ class Hud:
         self._mark: _Mark | None = None
         self._lines: tuple[object, list[Overlay]] = (None, [])
         self._read: tuple[object, PixelReadout | None] = (None, None)
+        self._cuts: tuple[object, Profile | None] = (None, None)
 
     def box_m(self, scene: Scene) -> Array:
         """Give the rain's corners (2, 3); about the eye where a file does not tell."""
@@ -118,12 +128,13 @@ class Hud:
             return
         mouse = imgui.get_io().mouse_pos
         place = mouse.x - area[0], mouse.y - area[1]
-        rgb, size = host.frame_rgb, (round(area[2]), round(area[3]))
-        along = profile(rgb, frame.scene, size, place, _PROFILE_POINTS)
-        self._mark = _Mark(place, frame.scene, along)
-        reading = read_pixel(rgb, frame.scene, size, place)
-        east, north, up = (float(x) for x in reading.direction)
-        host.take_spectrum(reading.scene, (east, north, up))
+        reading = read_pixel(host.frame_rgb, frame.scene, _size(area), place)
+        self._take(host, reading.scene, reading.direction)
+
+    def _take(self, host: Host, scene: Scene, direction: Array) -> None:
+        east, north, up = (float(x) for x in direction)
+        number = host.take_spectrum(scene, (east, north, up))
+        self._mark = _Mark(direction, scene, number)
 
     def unmark(self) -> None:
         """Forget the chosen point."""
@@ -139,7 +150,7 @@ class Hud:
         if frame is not None:
             self._draw_overlays(canvas, host, frame.scene, area)
         self._draw_bar(canvas, host, area)
-        self._draw_mark(canvas, area)
+        self._draw_mark(canvas, host, area)
         canvas.pop_clip_rect()
         self._draw_legend(host, area)
         self._draw_notes(host, area)
@@ -156,10 +167,10 @@ class Hud:
         names = host.state.overlays & {"circles", "grid", "box"}
         if not names:
             return
-        size = round(area[2]), round(area[3])
-        key = scene, size, frozenset(names)
+        size, orders = _size(area), host.state.circle_orders
+        key = scene, size, frozenset(names), orders
         if self._lines[0] != key:
-            self._lines = key, overlays(scene, size, names)
+            self._lines = key, overlays(scene, size, names, orders=orders)
         origin = np.array(area[:2])
         for one in self._lines[1]:
             colour = imgui.get_color_u32(_line_colour(one))
@@ -180,17 +191,30 @@ class Hud:
         canvas.add_line(imgui.ImVec2(x, area[1]), imgui.ImVec2(x, area[1] + area[3]), white, 1.5)
         canvas.add_circle_filled(imgui.ImVec2(x, middle), _BAR_REACH, white)
 
-    def _draw_mark(self, canvas: imgui.ImDrawList, area: Area) -> None:
-        if self._mark is None:
+    def _marked(self, host: Host, area: Area) -> tuple[Scene, tuple[float, float]] | None:
+        """Give the part of the frame's scene where the mark is seen, and its place in the view."""
+        frame = host.state.frame
+        if self._mark is None or frame is None:
+            return None
+        for part, view in part_views(frame.scene, _size(area)):
+            (x, y), seen = view.pixels(self._mark.direction)
+            if seen:
+                return part, (float(x), float(y))
+        return None
+
+    def _draw_mark(self, canvas: imgui.ImDrawList, host: Host, area: Area) -> None:
+        marked = self._marked(host, area)
+        if marked is None:
             return
-        at = imgui.ImVec2(area[0] + self._mark.at[0], area[1] + self._mark.at[1])
+        at = imgui.ImVec2(area[0] + marked[1][0], area[1] + marked[1][1])
         canvas.add_circle(at, 5.0, imgui.get_color_u32(imgui.ImVec4(1.0, 1.0, 1.0, 1.0)))
 
     def _draw_legend(self, host: Host, area: Area) -> None:
         ends = host.false_range()
         if ends is None:
             return
-        width, height = _LEGEND
+        unit = imgui.get_font_size()
+        width, height = _LEGEND[0] * unit, _LEGEND[1] * unit
 
         def content() -> None:
             imgui.text("luminance, cd/m²")
@@ -202,8 +226,9 @@ class Hud:
                 canvas.add_rect_filled(low, high, imgui.get_color_u32(colour))
             imgui.dummy(imgui.ImVec2(width, height))
             imgui.text(f"{10.0 ** ends[0]:.2g}")
-            imgui.same_line(width - 36.0)
-            imgui.text(f"{10.0 ** ends[1]:.3g}")
+            top = f"{10.0 ** ends[1]:.3g}"
+            imgui.same_line(width - imgui.calc_text_size(top).x)
+            imgui.text(top)
 
         _box("##legend", (area[0] + 8.0, area[1] + area[3] - 8.0), (0.0, 1.0), content)
 
@@ -237,52 +262,75 @@ class Hud:
             return
         key = frame.number, place
         if self._read[0] != key:
-            size = round(area[2]), round(area[3])
-            self._read = key, read_pixel(host.frame_rgb, frame.scene, size, place)
+            self._read = key, read_pixel(host.frame_rgb, frame.scene, _size(area), place)
         reading = self._read[1]
         if reading is None:
             return
         lines = text_of(reading)
 
+        widest = max(imgui.calc_text_size(name).x for name, _ in lines)
+
         def content() -> None:
             for name, value in lines:
                 imgui.text_colored(look.DIM, name)
-                imgui.same_line(_NAME_WIDTH)
+                imgui.same_line(widest + 1.5 * imgui.get_font_size())
                 imgui.text(value)
 
         _box("##readout", (area[0] + 8.0, area[1] + 8.0), (0.0, 0.0), content)
 
     def _draw_plots(self, host: Host, area: Area) -> None:
-        mark = self._mark
+        mark, marked = self._mark, self._marked(host, area)
         assert mark is not None
         at = imgui.ImVec2(area[0] + area[2] - 8.0, area[1] + area[3] - 8.0)
         imgui.set_next_window_pos(at, imgui.Cond_.appearing, imgui.ImVec2(1.0, 1.0))
         flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
         _, kept = imgui.begin("at the marked point", True, flags)
-        width, height = min(_PLOT_SIZE[0], 0.45 * area[2]), min(_PLOT_SIZE[1], 0.45 * area[3])
-        size = imgui.ImVec2(width, height)
-        if host.state.spectrum is None:
-            imgui.text("computing the spectrum …")
-        elif implot.begin_plot("spectral radiance", size, implot.Flags_.no_legend):
-            implot.setup_axes("nm", "W/(m² sr nm)", implot.AxisFlags_.auto_fit, _FIT)
-            nm, radiance = host.state.spectrum
-            implot.plot_line("spectrum", _contiguous(nm), _contiguous(radiance))
-            implot.end_plot()
-        imgui.same_line()
-        if mark.profile is not None and implot.begin_plot(
-            "luminance through the point", size, implot.Flags_.no_legend
-        ):
-            implot.setup_axes("degrees from the antisolar point", "cd/m²", _FIT, _FIT)
-            implot.plot_line(
-                "profile", _contiguous(mark.profile.angle_deg), _contiguous(mark.profile.luminance)
-            )
-            implot.end_plot()
+        unit = imgui.get_font_size()
+        width, height = (
+            min(_PLOT_SIZE[0] * unit, 0.45 * area[2]),
+            min(_PLOT_SIZE[1] * unit, 0.45 * area[3]),
+        )
+        self._draw_spectrum(host, imgui.ImVec2(width, height))
+        cut = self._cut(host, area, marked[1]) if marked is not None else None
+        if cut is not None:
+            imgui.same_line()
+            if implot.begin_plot("luminance through the point", (width, height), _NO_LEGEND):
+                implot.setup_axes("degrees from the antisolar point", "cd/m²", _FIT, _FIT)
+                implot.plot_line("cut", _contiguous(cut.angle_deg), _contiguous(cut.luminance))
+                implot.end_plot()
+        if marked is not None and marked[0] != mark.scene and imgui.button("take it again"):
+            self._take(host, marked[0], mark.direction)
         imgui.end()
         if not kept:
             self.unmark()
 
+    def _draw_spectrum(self, host: Host, size: imgui.ImVec2) -> None:
+        """The spectrum of the mark; of an earlier scene it says so."""
+        mark, state = self._mark, host.state
+        assert mark is not None
+        if state.spectrum is None or state.spectrum_number != mark.number:
+            imgui.text(state.spectrum_problem or "computing the spectrum …")
+            return
+        if implot.begin_plot("spectral radiance", size, _NO_LEGEND):
+            implot.setup_axes("nm", "W/(m² sr nm)", _FIT, _FIT)
+            nm, radiance = state.spectrum
+            implot.plot_line("spectrum", _contiguous(nm), _contiguous(radiance))
+            implot.end_plot()
 
-_FIT = implot.AxisFlags_.auto_fit
+    def _cut(self, host: Host, area: Area, place: tuple[float, float]) -> Profile | None:
+        """Take the cut through the mark anew when the frame or the mark's place has changed."""
+        frame = host.state.frame
+        assert frame is not None
+        key = frame.number, place, _size(area)
+        if self._cuts[0] != key and host.frame_rgb is not None:
+            cut = profile(host.frame_rgb, frame.scene, _size(area), place, _PROFILE_POINTS)
+            self._cuts = key, cut
+        return self._cuts[1]
+
+
+def _size(area: Area) -> tuple[int, int]:
+    """Width and height of the view in whole units."""
+    return round(area[2]), round(area[3])
 
 
 def _contiguous(values: Array) -> Array:

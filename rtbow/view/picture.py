@@ -15,6 +15,8 @@ from rtbow.gl_program import GlProgram, row_texture
 if TYPE_CHECKING:
     from rtbow.context import GlContext
 
+_MOST_PER_WHITE = 1e30
+"""All is white long before, and products stay within float32."""
 Rect = tuple[int, int, int, int]
 """Left, bottom, width and height in a framebuffer's pixels."""
 
@@ -75,7 +77,7 @@ class Picture:
         target.scissor = rect
         self._gl.ctx.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._program.set("viewRect", tuple(float(n) for n in rect))
-        self._program.set("perWhite", 1.0 / max_luminance(exposure_ev))
+        self._program.set("perWhite", min(1.0 / max_luminance(exposure_ev), _MOST_PER_WHITE))
         self._program.set("luminanceWeights", tuple(LUMINANCE_WEIGHTS))
         self._program.set("falseColour", false_range is not None)
         self._program.set("logRange", false_range or (0.0, 1.0))

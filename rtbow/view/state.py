@@ -51,6 +51,7 @@ class ViewState:
         notices: lines for the person.
         spectrum: wavelengths (nm) and spectral radiance at the chosen pixel, once computed.
         spectrum_number: of the request that it answers.
+        spectrum_problem: why there is none; empty unless it could not be computed.
         circle_orders: internal reflections of the bows whose Descartes circles are drawn.
         recent: scene files opened or saved last.
     """
@@ -72,6 +73,7 @@ class ViewState:
     notices: list[Notice] = field(default_factory=list)
     spectrum: tuple[Array, Array] | None = None
     spectrum_number: int = 0
+    spectrum_problem: str = ""
     circle_orders: tuple[int, ...] = (1, 2)
     recent: list[str] = field(default_factory=list)
 
