@@ -36,6 +36,8 @@ _BAR_REACH = 6.0
 _PLOT_SIZE = (20.0, 10.0)
 """Of a plot, in letters' heights, at most; a small picture has smaller ones."""
 _PROFILE_POINTS = 256
+_SETTLING = 4
+"""Frames in which a window finds its size."""
 _FIT = implot.AxisFlags_.auto_fit
 _NO_LEGEND = implot.Flags_.no_legend
 _LEGEND = (12.0, 0.8)
@@ -90,6 +92,7 @@ class Hud:
         self._lines: tuple[object, list[Overlay]] = (None, [])
         self._read: tuple[object, PixelReadout | None] = (None, None)
         self._cuts: tuple[object, Profile | None] = (None, None)
+        self._plotted = 0
 
     def box_m(self, scene: Scene) -> Array:
         """Give the rain's corners (2, 3); about the eye where a file does not tell."""
@@ -135,6 +138,7 @@ class Hud:
         east, north, up = (float(x) for x in direction)
         number = host.take_spectrum(scene, (east, north, up))
         self._mark = _Mark(direction, scene, number)
+        self._plotted = 0
 
     def unmark(self) -> None:
         """Forget the chosen point."""
@@ -282,7 +286,10 @@ class Hud:
         mark, marked = self._mark, self._marked(host, area)
         assert mark is not None
         at = imgui.ImVec2(area[0] + area[2] - 8.0, area[1] + area[3] - 8.0)
-        imgui.set_next_window_pos(at, imgui.Cond_.appearing, imgui.ImVec2(1.0, 1.0))
+        # Its size is known after some frames; from then on it stays where it is put.
+        self._plotted += 1
+        when = imgui.Cond_.always if self._plotted <= _SETTLING else imgui.Cond_.appearing
+        imgui.set_next_window_pos(at, when, imgui.ImVec2(1.0, 1.0))
         flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_saved_settings
         _, kept = imgui.begin("at the marked point", True, flags)
         unit = imgui.get_font_size()
@@ -309,7 +316,9 @@ class Hud:
         mark, state = self._mark, host.state
         assert mark is not None
         if state.spectrum is None or state.spectrum_number != mark.number:
-            imgui.text(state.spectrum_problem or "computing the spectrum …")
+            imgui.begin_child("spectrum", size)
+            imgui.text_wrapped(state.spectrum_problem or "computing the spectrum …")
+            imgui.end_child()
             return
         if implot.begin_plot("spectral radiance", size, _NO_LEGEND):
             implot.setup_axes("nm", "W/(m² sr nm)", _FIT, _FIT)
