@@ -517,7 +517,6 @@ class Viewer:
         control = bool(modifiers & (glfw.MOD_CONTROL | glfw.MOD_SUPER))
         shift = bool(modifiers & glfw.MOD_SHIFT)
         if control:
-            self.input.held.discard(key)
             self._control_key(key, shift)
             return
         if key == glfw.KEY_ESCAPE:

@@ -25,6 +25,13 @@ _NAMED = {
     "SEMICOLON": "semicolon", "EQUAL": "equal", "LEFT_BRACKET": "left_bracket",
     "BACKSLASH": "backslash", "RIGHT_BRACKET": "right_bracket", "GRAVE_ACCENT": "grave_accent",
 }  # fmt: skip
+_SIGNS = {
+    "'": glfw.KEY_APOSTROPHE, ",": glfw.KEY_COMMA, "-": glfw.KEY_MINUS, ".": glfw.KEY_PERIOD,
+    "/": glfw.KEY_SLASH, ";": glfw.KEY_SEMICOLON, "=": glfw.KEY_EQUAL,
+    "[": glfw.KEY_LEFT_BRACKET, "\\": glfw.KEY_BACKSLASH, "]": glfw.KEY_RIGHT_BRACKET,
+    "`": glfw.KEY_GRAVE_ACCENT,
+}  # fmt: skip
+_CONTROL = glfw.MOD_CONTROL | glfw.MOD_SUPER
 _MODIFIERS = (
     (glfw.MOD_CONTROL, imgui.Key.mod_ctrl, (glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL)),
     (glfw.MOD_SHIFT, imgui.Key.mod_shift, (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT)),
@@ -45,19 +52,32 @@ def _keys() -> dict[int, imgui.Key]:
     return found
 
 
+def lettered(key: int, scancode: int) -> int:
+    """Give GLFW's key for what is written on a key: its own keys are places on a US keyboard.
+
+    Where a layout has letters of another alphabet, the place is all there is.
+    """
+    if not glfw.KEY_APOSTROPHE <= key <= glfw.KEY_WORLD_2:  # arrows, keypad and such
+        return key
+    name = (glfw.get_key_name(key, scancode) or "").upper()
+    if len(name) == 1 and name.isascii() and name.isalnum():
+        return ord(name)
+    return _SIGNS.get(name, key)
+
+
 class WindowInput:
     """Listens to a window, and remembers that something happened.
 
     Args:
         window: GLFW's handle.
         on_drop: called with the paths of files dropped on the window.
-        on_key: called with GLFW's key, whether it goes down, and its modifiers, for keys that
-            ImGui has no use for.
+        on_key: called with GLFW's key for what is written on it, whether it goes down, and its
+            modifiers, for keys that ImGui has no use for.
         on_scroll: called with the wheel's clicks over the scene.
 
     Attributes:
         woken: whether an event has come since it was last set to False.
-        held: keys that are down.
+        held: keys that are down without Ctrl, by their places on a US keyboard.
     """
 
     def __init__(
@@ -73,6 +93,7 @@ class WindowInput:
         self._time: float | None = None
         self.woken = True
         self.held: set[int] = set()
+        self._lettered: dict[int, int] = {}
         glfw.set_cursor_pos_callback(window, self._cursor)
         glfw.set_mouse_button_callback(window, self._button)
         glfw.set_scroll_callback(window, self._scroll)
@@ -107,21 +128,25 @@ class WindowInput:
         if not self._io.want_capture_mouse:
             self._on_scroll(y)
 
-    def _key(self, _: Any, key: int, _scancode: int, action: int, modifiers: int) -> None:
+    def _key(self, _: Any, key: int, scancode: int, action: int, modifiers: int) -> None:
         self.woken = True
         if action == glfw.REPEAT:  # ImGui repeats by itself
             return
         down = action == glfw.PRESS
         self._modify(modifiers, key, down=down)
-        name = self._keys.get(key)
+        if down:
+            self._lettered[key] = lettered(key, scancode)
+        # The layout may have changed while it was down.
+        written = self._lettered.get(key, key) if down else self._lettered.pop(key, key)
+        name = self._keys.get(written)
         if name is not None:
             self._io.add_key_event(name, down)
         if not down:
             self.held.discard(key)
-        elif not self._io.want_text_input:
+        elif not self._io.want_text_input and not modifiers & _CONTROL:
             self.held.add(key)
         if not (down and self._io.want_text_input):
-            self._on_key(key, down, modifiers)
+            self._on_key(written, down, modifiers)
 
     def _modify(self, modifiers: int, key: int | None = None, *, down: bool = False) -> None:
         for bit, name, keys in _MODIFIERS:
@@ -142,6 +167,7 @@ class WindowInput:
         self._io.add_focus_event(bool(focused))
         if not focused:
             self.held.clear()  # their release goes to another window
+            self._lettered.clear()
 
     def _drop(self, _: Any, paths: list[str]) -> None:
         self.woken = True
