@@ -41,13 +41,6 @@ class Recorded:
             return str(error)
         return ""
 
-    def reset(self, key: str) -> str:
-        try:
-            self.edits.reset(key)
-        except InputError as error:
-            return str(error)
-        return ""
-
     def undo(self) -> None:
         self.edits.undo()
 
@@ -57,8 +50,8 @@ class Recorded:
     def open_scene(self, name_or_path: str) -> None:
         self.asked.append(("open", name_or_path))
 
-    def save_scene(self, path: str) -> None:
-        self.asked.append(("scene", path))
+    def save_scene(self, path: str, *, replace: bool = False) -> None:
+        self.asked.append(("replace" if replace else "scene", path))
 
     def save_frame(self, paths: tuple[str, ...]) -> None:
         self.asked.append(("frame", paths))
@@ -82,11 +75,23 @@ class Stage:
         gl: a current context.
         edits: the scene.
         height: of the screen, which the panel fills.
+        width: of the screen.
+        scale: of letters and distances.
+        state: how the picture is shown at first.
     """
 
-    def __init__(self, gl: GlContext, edits: Edits, height: int = 4000, width: int = WIDTH) -> None:
+    def __init__(
+        self,
+        gl: GlContext,
+        edits: Edits,
+        height: int = 4000,
+        width: int = WIDTH,
+        scale: float = 1.0,
+        state: ViewState | None = None,
+    ) -> None:
         imgui.create_context()
         look.apply()
+        self.scale = scale
         self.size = (width, height)
         self.io = imgui.get_io()
         self.io.set_ini_filename("")
@@ -94,7 +99,7 @@ class Stage:
         self.io.delta_time = FRAME_S
         self.painter = ImguiRenderer(gl)
         self.target = gl.ctx.framebuffer([gl.ctx.texture(self.size, 4)])
-        self.state = ViewState()
+        self.state = state or ViewState()
         self.actions = Recorded(edits, self.state)
         self.panel = Panel(self.actions)
         self.panel.ui.seen = {}
@@ -115,6 +120,7 @@ class Stage:
         """Draw."""
         for _ in range(count):
             self.panel.ui.seen = {}
+            look.scale(self.scale)
             imgui.new_frame()
             if self.state.help_open:
                 draw_help(self.state)

@@ -214,7 +214,7 @@ class Viewer:
         name = file.stem if file is not None else (self.edits.opened.name or "default")
         folder = file.parent if file is not None else Path()
         path = folder / f"{name.replace('/', '-')}-recovered.toml"
-        self.edits.save(path)
+        self.edits.save(path, replace=True)
         return path
 
     # --- asking and hearing -------------------------------------------------------------------
@@ -359,15 +359,6 @@ class Viewer:
         self._retitle()
         return ""
 
-    def reset(self, key: str) -> str:
-        """Give a value back as it was opened; give what is wrong, or nothing."""
-        try:
-            self.edits.reset(key)
-        except InputError as error:
-            return str(error)
-        self._retitle()
-        return ""
-
     def undo(self) -> None:
         """Take the last change back."""
         self.edits.undo()
@@ -385,10 +376,10 @@ class Viewer:
             recent = [name_or_path, *(n for n in self.state.recent if n != name_or_path)]
             self.state.recent = recent[:10]
 
-    def save_scene(self, path: str) -> None:
-        """Write the scene as TOML."""
+    def save_scene(self, path: str, *, replace: bool = False) -> None:
+        """Write the scene as TOML, over a file that was not opened here only if it is to."""
         try:
-            self.edits.save(Path(path))
+            self.edits.save(Path(path), replace=replace)
         except RtbowError as error:
             self.notify(str(error), "error")
             return
@@ -590,7 +581,7 @@ class Viewer:
             return
         with self.window.gl.current():
             self.input.begin_frame()
-            imgui.get_style().font_scale_dpi = self.window.content_scale
+            look.scale(self.window.content_scale)
             imgui.new_frame()
             try:
                 self._mouse()

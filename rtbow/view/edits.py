@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 from rtbow.errors import InputError
 from rtbow.files import write_atomic
 from rtbow.scene import Scene
-from rtbow.scene_schema import toml_text
+from rtbow.scene_file import load_scene, typed_override
 from rtbow.scene_values import changed_scene, differences, scene_text
 
 _MOST_UNDONE = 500
@@ -49,16 +52,21 @@ class Edits:
 
     def __init__(self, opened: Opened) -> None:
         self.opened = opened
+        self.scene = opened.scene
         self._past: list[tuple[Opened, Scene]] = []
         self._future: list[tuple[Opened, Scene]] = []
-        self._saved = self.scene = opened.scene
         self._gesture: object = None
+        self._own: set[str] = set()
+        self._know(opened.file)
 
     def open(self, opened: Opened) -> None:
         """Start anew from another scene; the one before can be brought back by :meth:`undo`."""
+        self._know(opened.file)
+        if (opened.name, opened.scene) == (self.opened.name, self.scene):
+            self._now_from(opened)  # a file as it was just saved
+            return
         self._remember(None)
-        self.opened = opened
-        self._saved = self.scene = opened.scene
+        self.opened, self.scene = opened, opened.scene
 
     def change(self, changes: Mapping[str, object], gesture: object = None) -> None:
         """Replace values of the scene.
@@ -120,34 +128,51 @@ class Edits:
         """Overrides that lead from the opened scene to this one."""
         return differences(self.opened.scene, self.scene)
 
-    def reset(self, key: str) -> None:
-        """Give a value, or a table's, back as it was opened.
-
-        Raises:
-            InputError: it does not go with what else was changed since.
-        """
-        back = differences(self.scene, self.opened.scene)
-        inside = {k: v for k, v in back.items() if f"{k}.".startswith(f"{key}.")}
-        around = {k: v for k, v in back.items() if f"{key}.".startswith(f"{k}.")}
-        if inside or around:
-            self.change(inside or around)
-
     @property
     def unsaved(self) -> bool:
         """Whether the scene differs from what was opened or saved last."""
-        return self.scene != self._saved
+        return self.scene != self.opened.scene
 
-    def save(self, path: Path) -> None:
+    def _know(self, file: Path | None) -> None:
+        if file is not None:
+            self._own.add(os.path.realpath(file))
+
+    def _now_from(self, opened: Opened) -> None:
+        """Say where the scene comes from now, and all its changes that can be undone."""
+        before, self.opened = self.opened, opened
+        for steps in (self._past, self._future):
+            steps[:] = [(opened if one is before else one, scene) for one, scene in steps]
+
+    def replaces(self, path: Path) -> bool:
+        """Whether saving there would replace a file that was neither opened nor saved here."""
+        return os.path.lexists(path) and os.path.realpath(path) not in self._own
+
+    def save(self, path: Path, *, replace: bool = False) -> None:
         """Write the scene as TOML, which loads to the same picture.
 
+        The comments with which its file begins are kept. Changes from before can still be undone;
+        whatever comes next is compared with what was saved, and saved there.
+
+        Args:
+            path: of the file.
+            replace: whether it may replace a file that was neither opened nor saved here.
+
         Raises:
-            InputError: the file cannot be written, or does not end with ``.toml``.
+            InputError: the file cannot be written, does not end with ``.toml``, or is another one
+                that would be replaced.
         """
         if path.suffix.lower() != ".toml":
             raise InputError(f"{path}: is not a scene file; write a name that ends with .toml")
-        write_atomic(path, scene_text(self.scene, path.absolute().parent).encode())
-        self._saved = self.scene
-        self.opened = Opened(self.scene, str(path))
+        if self.replaces(path) and not replace:
+            raise InputError(
+                f"{path}: there is such a file, which was not opened here; choose another name, or"
+                " replace it"
+            )
+        title = _first_comments(self.opened.file)
+        text = scene_text(self.scene, path.absolute().parent)
+        write_atomic(path, (title + text).encode())
+        self._know(path)
+        self._now_from(Opened(self.scene, str(path)))
 
     def command(self, verb: str = "render", *options: str) -> str:
         """Give the command line that makes the picture again.
@@ -156,11 +181,24 @@ class Edits:
             verb: of ``rtbow``.
             options: further arguments, such as ``-o``, ``bow.exr``.
         """
-        words = ["rtbow", verb]
-        if self.opened.name is not None:
-            words.append(self.opened.name)
-        for text in self.opened.overrides:
-            words += ["--set", text]
-        for key, value in self.changes.items():
-            words += ["--set", f"{key}={toml_text(value)}"]
+        name = self.opened.name
+        try:
+            file = load_scene(name)  # as it is now; what was typed is among the differences
+        except InputError:
+            # It has gone, or needs what was typed: from the default scene all can be reached.
+            name, file = None, load_scene()
+        words = ["rtbow", verb, *([name] if name is not None else [])]
+        for change in differences(file, self.scene).items():
+            words += ["--set", typed_override(*change)]
         return shlex.join([*words, *options])
+
+
+def _first_comments(file: Path | None) -> str:
+    """Give the lines of comments with which a scene file begins, such as its title."""
+    lines: list[str] = []
+    if file is not None:
+        with suppress(OSError, ValueError):
+            lines = file.read_text(encoding="utf-8-sig").splitlines()
+    own = takewhile(lambda line: not line.strip() or line.lstrip().startswith("#"), lines)
+    text = "\n".join(own).strip("\n")
+    return f"{text}\n\n" if text else ""

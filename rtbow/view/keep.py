@@ -8,7 +8,7 @@ from pathlib import Path
 from imgui_bundle import imgui
 
 from rtbow.image import FRAME_SUFFIXES
-from rtbow.view import widgets
+from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
 from rtbow.view.rows import Row, own_row
 from rtbow.view.state import Actions
@@ -37,6 +37,7 @@ class Keep:
         self._actions = actions
         self._typed: dict[str, str] = {}
         self._scene: str | None = None
+        self._asked: str | None = None
         self._free: dict[tuple[str, ...], tuple[float, str]] = {}
         self._suffixes = dict.fromkeys(FRAME_SUFFIXES, True)
 
@@ -45,6 +46,7 @@ class Keep:
         if edits.opened.name != self._scene:
             self._scene = edits.opened.name
             self._typed.clear()
+            self._asked = None
         stem = Path(self._scene or "default").stem
         file = edits.opened.file
         self._draw_frame(ui, stem)
@@ -52,8 +54,10 @@ class Keep:
         name = self._field(ui, _SCENE, str(file) if file else free)
         imgui.set_cursor_pos_x(ui.value_x)
         if imgui.button("Save scene", imgui.ImVec2(ui.value_width, 0.0)):
-            self._actions.save_scene(name if name.lower().endswith(".toml") else f"{name}.toml")
+            self._save(edits, name if name.lower().endswith(".toml") else f"{name}.toml")
         ui.note("keep/save scene")
+        if self._asked is not None:
+            self._ask(ui, self._asked)
         if imgui.button("Copy command", imgui.ImVec2(ui.right_edge - ui.left, 0.0)):
             self._actions.copy_command()
         ui.note("keep/copy command")
@@ -74,11 +78,30 @@ class Keep:
         imgui.end_disabled()
         ui.note("keep/save frame")
 
+    def _save(self, edits: Edits, path: str) -> None:
+        self._asked = path if edits.replaces(Path(path)) else None
+        if self._asked is None:
+            self._actions.save_scene(path)
+
+    def _ask(self, ui: Ui, path: str) -> None:
+        """Ask whether another file shall be replaced."""
+        ui.wrapped(f"{path}: there is such a file, which was not opened here.", look.WARNING)
+        width = (ui.right_edge - ui.left - ui.gap) / 2
+        for name in ("Replace it", "Leave it"):
+            if imgui.button(name, imgui.ImVec2(width, 0.0)):
+                self._asked = None
+                if name == "Replace it":
+                    self._actions.save_scene(path, replace=True)
+            ui.note(f"keep/{name.lower()}")
+            imgui.same_line(0.0, ui.gap)
+        imgui.new_line()
+
     def _field(self, ui: Ui, row: Row, default: str) -> str:
         """Draw a field for a name; give the name."""
 
         def take(value: object, gesture: object) -> str:
             self._typed[row.path] = str(value).strip()
+            self._asked = None
             return ""
 
         name = self._typed.get(row.path, default)

@@ -66,17 +66,35 @@ def apply() -> None:
     style = imgui.get_style()
     for index, colour in _COLOURS.items():
         style.set_color_(index, colour)
-    style.window_padding = imgui.ImVec2(8.0, 8.0)
-    style.frame_padding = imgui.ImVec2(6.0, 3.0)
-    style.item_spacing = imgui.ImVec2(6.0, 4.0)
-    style.item_inner_spacing = imgui.ImVec2(5.0, 4.0)
-    style.scrollbar_size = 10.0
-    style.grab_min_size = 5.0
-    style.frame_rounding = style.popup_rounding = 3.0
-    style.grab_rounding = 2.0
+    _space(style, 1.0)
     style.window_rounding = 0.0
     style.window_border_size = 0.0
     style.font_size_base = FONT_PX
     font = Path(imgui_bundle.__file__).parent / _FONT
     if font.is_file():
         imgui.get_io().fonts.add_font_from_file_ttf(str(font), FONT_PX)
+
+
+def scale(content_scale: float) -> None:
+    """Make letters and distances larger, on a display of more pixels to the inch.
+
+    Args:
+        content_scale: 1 on an ordinary display; before each frame, since a window may move.
+    """
+    style = imgui.get_style()
+    if style.font_scale_dpi != content_scale:
+        style.font_scale_dpi = content_scale
+        _space(style, content_scale)
+
+
+def _space(style: imgui.Style, by: float) -> None:
+    style.window_padding = imgui.ImVec2(8.0 * by, 8.0 * by)
+    style.frame_padding = imgui.ImVec2(6.0 * by, 3.0 * by)
+    style.item_spacing = imgui.ImVec2(6.0 * by, 4.0 * by)
+    style.item_inner_spacing = imgui.ImVec2(5.0 * by, 4.0 * by)
+    style.indent_spacing = 21.0 * by
+    style.cell_padding = imgui.ImVec2(4.0 * by, 2.0 * by)
+    style.scrollbar_size = 10.0 * by
+    style.grab_min_size = 5.0 * by
+    style.frame_rounding = style.popup_rounding = 3.0 * by
+    style.grab_rounding = 2.0 * by

@@ -84,9 +84,6 @@ class Actions(Protocol):
     def change(self, changes: dict[str, object], gesture: object = None) -> str:
         """Replace values of the scene; give what is wrong with them, or nothing."""
 
-    def reset(self, key: str) -> str:
-        """Give a value back as it was opened; give what is wrong, or nothing."""
-
     def undo(self) -> None:
         """Take the last change back."""
 
@@ -96,8 +93,8 @@ class Actions(Protocol):
     def open_scene(self, name_or_path: str) -> None:
         """Open a built-in scene or a file."""
 
-    def save_scene(self, path: str) -> None:
-        """Write the scene as TOML."""
+    def save_scene(self, path: str, *, replace: bool = False) -> None:
+        """Write the scene as TOML, over a file that was not opened here only if it is to."""
 
     def save_frame(self, paths: tuple[str, ...]) -> None:
         """Render at the scene's own size and write .exr and .png."""

@@ -220,11 +220,7 @@ class Ui:
         for kept in self._kept:
             for path, item in kept.items():
                 if item.message and (path == row.path or path.startswith(inside)):
-                    imgui.push_style_color(imgui.Col_.text, look.ERROR)
-                    imgui.push_text_wrap_pos(self.right_edge)
-                    imgui.text(shortened(item.message, path))
-                    imgui.pop_text_wrap_pos()
-                    imgui.pop_style_color()
+                    self.wrapped(shortened(item.message, path), look.ERROR)
 
     def label(self, text: str) -> None:
         """Write a row's label, and go to where its value stands: beside it, or below if long."""
@@ -244,13 +240,21 @@ class Ui:
         return text if text and imgui.calc_text_size(text).x <= room else shorter
 
     def cut(self, text: str, *, start: bool = False) -> str:
-        """Cut a text's end, or its start, so that it fits into the panel's width."""
-        room = self.right_edge - self.left
+        """Cut a text's end, or its start, so that it fits into what is left of the line."""
+        room = self.right_edge - imgui.get_cursor_pos_x()
         width = imgui.calc_text_size(text).x
         if width <= room:
             return text
         count = int(len(text) * room / width) - 2
         return f"…{text[-count:]}" if start else f"{text[:count].rstrip()}…"
+
+    def wrapped(self, text: str, colour: imgui.ImVec4) -> None:
+        """Write a text over as many lines as it needs."""
+        imgui.push_style_color(imgui.Col_.text, colour)
+        imgui.push_text_wrap_pos(self.right_edge)
+        imgui.text(text)
+        imgui.pop_text_wrap_pos()
+        imgui.pop_style_color()
 
     def reset_button(self, row: Row) -> bool:
         """Draw the arrow that gives a value back, at the end of the line."""
@@ -438,14 +442,15 @@ class Ui:
         else:
             lines.append((self.values.set_text(row.path), look.DIM))
         if differs:
-            lines.append(("The arrow gives back " + self._before(), look.DIM))
+            lines.append((f"The arrow gives back {self._before(row)}", look.DIM))
         return lines
 
-    def _before(self) -> str:
-        return "the left side's value" if self.values.right else "the value that was opened"
+    def _before(self, row: Row) -> str:
+        of_left = self.values.right and row.option is None
+        return "the left side's value" if of_left else "the value that was opened"
 
     def _show_menu(self, row: Row, differs: bool) -> None:
-        if imgui.menu_item(f"Reset to {self._before()}", "", False, differs)[0]:
+        if imgui.menu_item(f"Reset to {self._before(row)}", "", False, differs)[0]:
             self.on_reset(row)
         self.note("menu/reset")
         text = self.values.set_text(row.path)
