@@ -6,16 +6,20 @@ would freeze the window, a process of its own does not. Frames come back through
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
+import sys
+import threading
 import time
 import traceback
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -32,7 +36,10 @@ _NICE = 5
 """So that the window comes first where cores are few."""
 _BUFFERS = 3
 """Frames in shared memory: one shown, one on its way, one being written."""
+_LEAST_BYTES = 1 << 16
+"""Of a frame's memory."""
 _LAST_WORDS_S = 2.0
+"""In which a process may end by itself."""
 _REST_S = 0.3
 """Without requests, after which the renderer prepares for moves."""
 _GAP_S = 0.05
@@ -64,7 +71,7 @@ class SaveFrame:
 
 @dataclass(frozen=True)
 class TakeSpectrum:
-    """Compute the spectral radiance along one direction by the reference."""
+    """Compute the spectral radiance along one direction by the reference; the last that waits."""
 
     number: int
     scene: Scene
@@ -73,7 +80,7 @@ class TakeSpectrum:
 
 @dataclass(frozen=True)
 class Reload:
-    """Forget programs and tables: shaders or files have changed."""
+    """Forget programs and tables: shaders or files have changed. It has no reply."""
 
     number: int
 
@@ -88,8 +95,7 @@ class FrameDrawn:
     Attributes:
         number: of its request.
         scene: what it shows.
-        rgb: linear Rec. 709 in cd/m², float32 (h, w, 3), first row on top; a view of shared
-            memory that later frames overwrite.
+        rgb: linear Rec. 709 in cd/m², float32 (h, w, 3), first row on top.
         seconds: that it took, with all rebuilding.
         exposure_ev: automatic exposure.
         method: that drew it.
@@ -135,7 +141,7 @@ class Progressed:
 
 @dataclass(frozen=True)
 class Failed:
-    """A request could not be done; ``kind`` says whose fault that is."""
+    """A request could not be done; ``kind`` says whose fault that is. Number 0 is of no request."""
 
     number: int
     kind: Literal["input", "machine", "defect"]
@@ -147,9 +153,10 @@ Reply = FrameDrawn | FrameSaved | SpectrumTaken | Progressed | Failed
 
 @dataclass(frozen=True)
 class _Placed:
-    """A frame in shared memory, as it travels."""
+    """A frame in shared memory, as it travels; its slot holds no other memory any more."""
 
     frame: FrameDrawn
+    slot: int
     memory: str
     size_px: tuple[int, int]
 
@@ -158,13 +165,17 @@ class SupersededError(Exception):
     """A newer frame was asked for while one was being drawn."""
 
 
+class _GoneError(Exception):
+    """The window has gone."""
+
+
 class Worker:
     """The window's side of the process.
 
     Args:
         backend: how the process gets a GL context.
 
-    Usable as a context manager.
+    Usable as a context manager. A process that ends by itself is started again by the next request.
 
     Attributes:
         pending: numbers of requests that are not yet done.
@@ -173,15 +184,18 @@ class Worker:
     def __init__(self, backend: Backend = "auto") -> None:
         self._backend = backend
         self._number = 0
-        self._memories: dict[str, SharedMemory] = {}
+        self._memories: dict[int, SharedMemory] = {}
         self.pending: set[int] = set()
         self._start()
+        # Python waits for processes when it ends, and this one for its pipe.
+        atexit.register(self.close)
 
     def _start(self) -> None:
         context = get_context("spawn")
         self._pipe, theirs = context.Pipe()
+        # No daemon: those may not have processes of their own, which build Lorenz-Mie tables.
         self._process = context.Process(
-            target=serve, args=(theirs, self._backend), daemon=True, name="rtbow renderer"
+            target=serve, args=(theirs, self._backend), name="rtbow renderer"
         )
         self._process.start()
         theirs.close()
@@ -191,6 +205,11 @@ class Worker:
         """Whether a request is not yet done."""
         return bool(self.pending)
 
+    @property
+    def process_id(self) -> int | None:
+        """The process's number."""
+        return self._process.pid
+
     def next_number(self) -> int:
         """Give a number for a request."""
         self._number += 1
@@ -198,8 +217,11 @@ class Worker:
 
     def send(self, request: Request) -> None:
         """Hand a request over; replies come by :meth:`replies`."""
-        self.pending.add(request.number)
-        # If the process has gone, replies() tells, and starts another.
+        if self._pipe.closed:
+            self._start()
+        if not isinstance(request, Reload):
+            self.pending.add(request.number)
+        # If the process has gone, replies() tells.
         with suppress(BrokenPipeError, ConnectionError):
             self._pipe.send(request)
 
@@ -207,53 +229,56 @@ class Worker:
         """Give all replies that have come since."""
         found: list[Reply] = []
         try:
-            while self._pipe.poll():
+            while not self._pipe.closed and self._pipe.poll():
                 reply = self._pipe.recv()
-                if isinstance(reply, _Placed):
-                    reply = self._placed(reply)
                 if not isinstance(reply, Progressed):
                     # Frames before it were superseded.
-                    self.pending = {n for n in self.pending if n > reply.number}
+                    number = reply.frame.number if isinstance(reply, _Placed) else reply.number
+                    self.pending = {n for n in self.pending if n > number}
+                if isinstance(reply, _Placed):
+                    try:
+                        reply = self._placed(reply)
+                    except FileNotFoundError:
+                        continue  # its memory is used by a later frame, which comes
                 found.append(reply)
         except (EOFError, ConnectionError):
-            lost = max(self.pending, default=0)
+            lost = sorted(self.pending) or [0]
             self._end()
-            self._start()
-            found.append(
-                Failed(lost, "defect", "the renderer's process ended; it was started again")
-            )
+            message = "the renderer's process ended; the next change starts it again"
+            found += [Failed(number, "defect", message) for number in lost]
         return found
 
     def wait(self, seconds: float) -> bool:
         """Wait for a reply, and tell whether one came."""
-        return self._pipe.poll(seconds)
+        return not self._pipe.closed and self._pipe.poll(seconds)
 
     def _placed(self, reply: _Placed) -> FrameDrawn:
-        if reply.memory not in self._memories:
-            self._memories[reply.memory] = SharedMemory(reply.memory)
+        memory = self._memories.get(reply.slot)
+        if memory is None or memory.name != reply.memory:
+            if memory is not None:
+                self._memories.pop(reply.slot).close()
+            memory = self._memories[reply.slot] = SharedMemory(reply.memory)
         width, height = reply.size_px
-        memory = self._memories[reply.memory]
-        rgb = np.ndarray((height, width, 3), np.float32, memory.buf)
-        frame = reply.frame
-        return FrameDrawn(
-            frame.number, frame.scene, rgb, frame.seconds, frame.exposure_ev, frame.method,
-            frame.unsuited, frame.renderer,
-        )  # fmt: skip
+        # A copy: later frames are written there, and NumPy does not keep the memory mapped.
+        rgb = np.ndarray((height, width, 3), np.float32, memory.buf).copy()
+        return replace(reply.frame, rgb=rgb)
 
     def _end(self) -> None:
         self.pending.clear()
         self._pipe.close()
         for memory in self._memories.values():
-            _forget(memory)
+            memory.close()
         self._memories.clear()
         # It ends by itself when it next looks at the pipe, and releases the memory.
         self._process.join(_LAST_WORDS_S)
-        if self._process.is_alive():
-            self._process.terminate()
-            self._process.join(_LAST_WORDS_S)
+        for stop in (self._process.terminate, self._process.kill):
+            if self._process.is_alive():
+                stop()
+                self._process.join(_LAST_WORDS_S)
 
     def close(self) -> None:
         """End the process; a second call does nothing."""
+        atexit.unregister(self.close)
         if not self._pipe.closed:
             self._end()
 
@@ -264,42 +289,34 @@ class Worker:
         self.close()
 
 
-def _forget(memory: SharedMemory) -> None:
-    """Let a memory go whose array somebody may still look at."""
-    try:
-        memory.close()
-    except BufferError:
-        # The last frame is still shown; the memory goes with its array.
-        memory._buf = memory._mmap = None  # type: ignore[attr-defined]
-
-
 @dataclass
 class _Ring:
-    """Frames in shared memory, written in turn."""
+    """Frames in shared memory, written in turn; a slot's memory grows by powers of two."""
 
-    memories: list[SharedMemory] = field(default_factory=list)
+    memories: list[SharedMemory | None] = field(default_factory=lambda: [None] * _BUFFERS)
     turn: int = 0
 
-    def put(self, rgb: Float32) -> str:
-        """Copy a frame and give the name of its memory."""
+    def put(self, rgb: Float32) -> tuple[int, str]:
+        """Copy a frame; give its slot and the name of its memory."""
         self.turn = (self.turn + 1) % _BUFFERS
-        while len(self.memories) < _BUFFERS:
-            self.memories.append(SharedMemory(create=True, size=max(rgb.nbytes, 1)))
-        if self.memories[self.turn].size < rgb.nbytes:
-            self._free(self.memories[self.turn])
-            self.memories[self.turn] = SharedMemory(create=True, size=rgb.nbytes)
         memory = self.memories[self.turn]
+        if memory is None or memory.size < rgb.nbytes:
+            self._free(self.turn)
+            size = 1 << max(rgb.nbytes - 1, _LEAST_BYTES - 1).bit_length()
+            memory = self.memories[self.turn] = SharedMemory(create=True, size=size)
         np.ndarray(rgb.shape, np.float32, memory.buf)[:] = rgb
-        return memory.name
+        return self.turn, memory.name
 
     def free(self) -> None:
         """Release all."""
-        for memory in self.memories:
-            self._free(memory)
+        for slot in range(_BUFFERS):
+            self._free(slot)
 
-    def _free(self, memory: SharedMemory) -> None:
-        memory.close()
-        memory.unlink()
+    def _free(self, slot: int) -> None:
+        memory, self.memories[slot] = self.memories[slot], None
+        if memory is not None:
+            memory.close()
+            memory.unlink()
 
 
 class _Server:
@@ -307,49 +324,83 @@ class _Server:
 
     def __init__(self, pipe: Connection, backend: Backend) -> None:
         self._pipe, self._backend = pipe, backend
+        self._coming: SimpleQueue[Request | None] = SimpleQueue()
         self._waiting: list[Request] = []
         self._ring = _Ring()
         self._renderer: Renderer | None = None
         self._reported = 0.0
         self._resting = False
 
+    def listen(self) -> None:
+        """Take requests out of the pipe, so that the window never waits, and see the window go."""
+        try:
+            while True:
+                self._coming.put(self._pipe.recv())
+        except (EOFError, OSError):
+            self._coming.put(None)
+        # What is being done may not look at requests for minutes.
+        time.sleep(_LAST_WORDS_S)
+        with suppress(Exception):
+            self._ring.free()
+        os._exit(1)
+
     def serve(self) -> None:
         """Do what is asked for until the window goes."""
         try:
             while True:
-                if not self._waiting and not self._pipe.poll(_REST_S):
-                    self._prepare_moves()
-                self._receive(block=not self._waiting)
+                if not self._waiting:
+                    self._rest()
+                self._receive()
                 request = self._waiting.pop(0)
                 try:
                     self._do(request)
                 except SupersededError:
                     continue
+                except _GoneError:
+                    break
                 except RtbowError as error:
                     kind = {2: "input", 3: "machine"}.get(error.exit_code, "defect")
                     self._pipe.send(Failed(request.number, kind, str(error)))  # type: ignore[arg-type]
                 except Exception:
                     self._pipe.send(Failed(request.number, "defect", traceback.format_exc()))
-        except (EOFError, BrokenPipeError, ConnectionError, KeyboardInterrupt):
+        except (_GoneError, BrokenPipeError, ConnectionError):
             pass
         finally:
             self._close()
 
+    def _rest(self) -> None:
+        """Wait for a request, and prepare for moves if none comes at once."""
+        try:
+            self._take(self._coming.get(timeout=_REST_S))
+        except Empty:
+            self._prepare_moves()
+            self._take(self._coming.get())
+
     def _prepare_moves(self) -> None:
         """Make the tables that moves of camera and light take, before somebody waits for them."""
-        if self._renderer is not None and self._resting:
-            self._resting = False
-            with suppress(RtbowError):  # it will be said when it is asked for
-                self._renderer.prepare_moves()
+        if self._renderer is None or not self._resting:
+            return
+        self._resting = False
+        try:
+            self._renderer.prepare_moves()
+        except RtbowError:
+            pass  # it will be said when it is asked for
+        except Exception:
+            self._pipe.send(Failed(0, "defect", traceback.format_exc()))
 
-    def _receive(self, *, block: bool) -> None:
-        """Take over what has come; a newer frame replaces one that waits."""
-        while block or self._pipe.poll():
-            request: Request = self._pipe.recv()
-            if isinstance(request, DrawFrame):
-                self._waiting = [r for r in self._waiting if not isinstance(r, DrawFrame)]
-            self._waiting.append(request)
-            block = False
+    def _receive(self) -> None:
+        """Take over what has come."""
+        with suppress(Empty):
+            while True:
+                self._take(self._coming.get_nowait())
+
+    def _take(self, request: Request | None) -> None:
+        """Take over a request; a newer frame or spectrum replaces one that waits."""
+        if request is None:
+            raise _GoneError
+        if isinstance(request, DrawFrame | TakeSpectrum):
+            self._waiting = [r for r in self._waiting if type(r) is not type(request)]
+        self._waiting.append(request)
 
     def _do(self, request: Request) -> None:
         if isinstance(request, DrawFrame):
@@ -378,7 +429,7 @@ class _Server:
             renderer.method_used, renderer.unsuited, renderer.gl_renderer,
         )  # fmt: skip
         size_px = rgb.shape[1], rgb.shape[0]
-        self._pipe.send(_Placed(frame, self._ring.put(rgb), size_px))
+        self._pipe.send(_Placed(frame, *self._ring.put(rgb), size_px))
         self._resting = True
 
     def _shown(self, scene: Scene) -> Renderer:
@@ -428,7 +479,7 @@ class _Server:
                 if now - self._reported < _GAP_S:
                     continue
                 self._reported = now
-                self._receive(block=False)
+                self._receive()
                 if until_newer and any(isinstance(r, DrawFrame) for r in self._waiting):
                     raise SupersededError
                 self._pipe.send(Progressed(request.number, (done + 1) / len(listed), what))
@@ -452,6 +503,10 @@ def serve(pipe: Connection, backend: Backend) -> None:
     """Run the process until the other end of the pipe goes."""
     # Ctrl-C on the terminal reaches both processes; the window decides.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Asked to end, it releases its memory first.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     if hasattr(os, "nice"):
         os.nice(_NICE)
-    _Server(pipe, backend).serve()
+    server = _Server(pipe, backend)
+    threading.Thread(target=server.listen, daemon=True).start()
+    server.serve()
