@@ -168,7 +168,7 @@ def test_a_quick_device_has_nothing_to_sharpen():
     assert whole.scale == 1.0
     pace.change(now + 10.0)
     assert not whole.sharp
-    assert pace.next_order(now + 10.0) is None  # as quick as any, and waited for
+    assert pace.next_order(now + 10.01) is None  # as quick as any, and waited for
 
 
 def test_the_full_picture_does_not_count_as_slow():
@@ -186,10 +186,38 @@ def test_a_quick_frame_is_waited_for():
     order = pace.next_order(0.0)
     pace.change(0.01)
     assert pace.next_order(0.01) is None
-    assert pace.next_order(10.0) is None
-    pace.drawn(order, 0.5)
-    following = pace.next_order(0.5)
+    assert pace.next_order(0.4) is None
+    pace.drawn(order, 0.4)
+    following = pace.next_order(0.4)
     assert following.state == order.state + 1
+
+
+def test_a_quick_frame_that_takes_far_too_long_gives_way():
+    # A table of minutes, or the reference: whoever goes back to what was quick must not wait.
+    pace = Pace(TARGET)
+    order = pace.next_order(0.0)
+    assert pace.next_order(60.0) is None  # nothing newer to give way to
+    pace.change(60.0)
+    following = pace.next_order(60.0)
+    assert following.state == order.state + 1
+    assert not following.sharp
+    assert pace.next_order(60.1) is None
+
+
+def test_frames_of_a_second_are_seen_while_the_scene_never_rests():
+    pace, seconds, shown = Pace(TARGET), 1.4, 0
+    order = begun = None
+    for k in range(1000):
+        now = 0.02 * k
+        pace.change(now)
+        if order is not None and now - begun >= seconds:
+            pace.drawn(order, seconds)
+            order, shown = None, shown + 1
+        following = pace.next_order(now)
+        if following is not None:
+            order, begun = following, now
+    # The first two, after 0.5 and 1 s, gave way.
+    assert shown >= 11
 
 
 def test_the_full_picture_gives_way_to_a_change():

@@ -25,6 +25,8 @@ _QUICK = 0.85
 nothing changes."""
 _REMEMBERED_FRAMES = 600
 """For how many frames it is known how much longer the next scale took."""
+_GIVES_WAY_S = (0.5, 4.0)
+"""After which time a quick frame gives way to a change, at first and at most."""
 _TRIED_AFTER_FRAMES = 60
 """When a next scale is tried of which nothing is known: most of the time may not go into pixels."""
 
@@ -68,6 +70,8 @@ class Pace:
         self._state = 0
         self._changed_s: float | None = None
         self._under_way: Order | None = None
+        self._asked_s = 0.0
+        self._gives_way_s = _GIVES_WAY_S[0]
         self._shown: Order | None = None
 
     @property
@@ -88,13 +92,16 @@ class Pace:
     def next_order(self, now_s: float) -> Order | None:
         """Give the frame to draw now; None if there is none, or one is under way.
 
-        A quick frame is always waited for, so that continual changes show; the full picture gives
-        way to the next change: its order is then no longer under way.
+        The full picture gives way to the next change: its order is then no longer under way. A
+        quick frame is waited for, so that continual changes show, but not one that takes far longer
+        than those before, as when tables are built for minutes. Each that gave way leaves the next
+        one twice the time, so that one is drawn at last.
         """
         if self._changed_s is None:
             self._changed_s = now_s
         waiting = self._under_way
-        if waiting is not None and (waiting.state == self._state or not waiting.sharp):
+        late = now_s - self._asked_s >= self._gives_way_s
+        if waiting is not None and (waiting.state == self._state or not (waiting.sharp or late)):
             return None
         order = Order(self._state, self.scale, False)
         if self._settled(now_s):
@@ -102,7 +109,9 @@ class Pace:
         shown = self._shown
         if shown is not None and shown.state == order.state and shown.scale >= order.scale:
             return None
-        self._under_way = order
+        if waiting is not None and not waiting.sharp:
+            self._gives_way_s = min(2.0 * self._gives_way_s, _GIVES_WAY_S[1])
+        self._under_way, self._asked_s = order, now_s
         return order
 
     def due_in_s(self, now_s: float) -> float | None:
@@ -117,6 +126,8 @@ class Pace:
         """Take over that a frame is shown, and how long it took."""
         self._end(order)
         self._shown = order
+        if not order.sharp:
+            self._gives_way_s = min(max(2.0 * seconds, _GIVES_WAY_S[0]), _GIVES_WAY_S[1])
         if order.sharp or order.scale != self.scale:
             return
         self._frames += 1
