@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,9 @@ class Gallery:
         self._actions = actions
         self._pictures: dict[str, imgui.ImTextureData | None] = {}
         self._rows: dict[str, Row] = {}
-        self._groups = _groups()
+        self._files = builtin_scenes()
+        self._titles: dict[str, str] = {}
+        self._groups = _groups(self._files)
 
     def draw(self, ui: Ui, edits: Edits, state: ViewState) -> None:
         """Draw the list and the field.
@@ -107,7 +110,9 @@ class Gallery:
         if pressed:
             self._actions.open_scene(name)
         if hovered:
-            imgui.set_item_tooltip(f"{_title(name)}\nrtbow view {name}")
+            if name not in self._titles:
+                self._titles[name] = scene_title(self._files[name])
+            imgui.set_item_tooltip(f"{self._titles[name]}\nrtbow view {name}")
 
     def _picture(self, name: str) -> imgui.ImTextureData | None:
         if name not in self._pictures:
@@ -125,16 +130,12 @@ class Gallery:
         self._pictures.clear()
 
 
-def _groups() -> dict[str, list[str]]:
+def _groups(names: Iterable[str]) -> dict[str, list[str]]:
     """Give the scenes by folder; those of none first."""
     groups: dict[str, list[str]] = {"": []}
-    for name in builtin_scenes():
+    for name in names:
         groups.setdefault(name.rpartition("/")[0], []).append(name)
     return groups
-
-
-def _title(name: str) -> str:
-    return scene_title(builtin_scenes()[name])
 
 
 def thumbnail_path(name: str) -> Path:

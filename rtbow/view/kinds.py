@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
-from functools import partial
+import re
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,9 @@ from rtbow.errors import InputError
 from rtbow.resources import resource_dir
 from rtbow.scene import Droplets, Scene, density_key
 from rtbow.scene_schema import Node
+from rtbow.spectrum import load_spectrum
+from rtbow.view.overlays import box_of
+from rtbow.view.projection import azimuth_altitude_deg
 from rtbow.view.rows import Row, rounded, rows_of
 
 Values = dict[str, object]
@@ -32,6 +35,7 @@ _LAMP_AWAY_M, _LAMP_UP_M = 5.0, 4.0
 _LAMP_LM = 8000.0
 _MEANS = ("radius_um", "mean_um", "median_um", "effective_radius_um")
 _FILE = "shower.npz"
+_IN_VOLUME = ("radius_um", "number_per_m3", "box_m")
 
 
 def radius_table(droplets: Droplets, kind: str, kinds: Node) -> Values:
@@ -159,6 +163,20 @@ def fresh(node: Node, **given: object) -> Values:
     return table
 
 
+def other_kind(table: BaseModel, kind: str, kinds: Node) -> Values:
+    """Give a table of another kind, with what it has in common with the one before.
+
+    Args:
+        table: as it is.
+        kind: the new one's.
+        kinds: the schema's node of all kinds.
+    """
+    node = kinds.kind(kind)
+    old = table.model_dump(exclude_none=True)
+    common = [row.name for row in _rows(node) if row.kind != "choice" or len(row.choices) > 1]
+    return fresh(node, **{name: old[name] for name in common if name in old})
+
+
 def _rows(node: Node) -> tuple[Row, ...]:
     return rows_of("", node.models[0])
 
@@ -180,10 +198,9 @@ def light_table(scene: Scene, light: BaseModel | None, kind: str, kinds: Node) -
     given = {row.name: old[row.name] for row in _rows(node) if row.name in old}
     given["type"] = kind
     if "position_m" in old:
-        towards = np.array(old["position_m"]) - eye
-        given["azimuth_deg"] = round(math.degrees(math.atan2(towards[0], towards[1])) % 360.0, 1)
-        across = math.hypot(towards[0], towards[1])
-        given["altitude_deg"] = round(math.degrees(math.atan2(towards[2], across)), 1)
+        azimuth_deg, altitude_deg = azimuth_altitude_deg(np.array(old["position_m"]) - eye)
+        given["azimuth_deg"] = round(azimuth_deg % 360.0, 1)
+        given["altitude_deg"] = round(altitude_deg, 1)
     else:
         azimuth = old.get("azimuth_deg", scene.camera.azimuth_deg + 180.0)
         away = direction(_number(azimuth), 0.0) * _LAMP_AWAY_M
@@ -195,7 +212,7 @@ def light_table(scene: Scene, light: BaseModel | None, kind: str, kinds: Node) -
 def droplets_of_box(droplets: Droplets, kinds: Node) -> Values:
     """Give what the droplets need to be described instead of read from a file.
 
-    The box is the file's, the drops are all alike and as many and large as in its mean.
+    The box is the file's. Its drops may be many millions, so that none of them is looked at.
 
     Args:
         droplets: as they are.
@@ -204,27 +221,42 @@ def droplets_of_box(droplets: Droplets, kinds: Node) -> Values:
     Returns:
         Changes by key inside ``droplets``.
     """
-    box, radius, number = DEFAULT_BOX_M, _RADIUS_UM, 1000.0
-    if droplets.file is not None:
-        with suppress(InputError):  # a file that cannot be read has nothing that carries over
-            box, radius, number = _mean_of_file(droplets)
-    change = partial(fresh, kinds.kind("constant"), distribution="constant")
+    box = box_of(droplets)
     return {
         "file": None,
-        "box_m": box,
-        "radius": change(radius_um=radius),
-        "density": {"number_per_m3": number},
+        "box_m": DEFAULT_BOX_M if box is None else box.tolist(),
+        "radius": fresh(kinds.kind("constant"), radius_um=_RADIUS_UM),
+        "density": {"number_per_m3": _DENSITIES["number_per_m3"]},
     }
 
 
-def _mean_of_file(droplets: Droplets) -> tuple[list[list[float]], float, float]:
-    from rtbow.volume import load_volume
+def problem_of_file(key: str, value: object) -> str:
+    """Say what is wrong with a file that a key is to name, of rain or of a spectrum, or nothing.
 
-    volume = load_volume(Path(droplets.file or ""))
-    number = float(volume.number_per_m3.mean())
-    weighted = float((volume.number_per_m3 * volume.radius_um).mean())
-    radius = rounded(weighted / number, 3) if number else _RADIUS_UM
-    return volume.box_m.tolist(), radius, rounded(number, 3) if number else 1000.0
+    Of a volume only the list of what is in it is read; its numbers may be many.
+    """
+    if not isinstance(value, str):
+        return ""
+    if key == "droplets.file":
+        return _problem_of_volume(Path(value))
+    if re.fullmatch(r"light\.\d+\.spectrum", key):
+        try:
+            load_spectrum(value)
+        except InputError as error:
+            return str(error)
+    return ""
+
+
+def _problem_of_volume(path: Path) -> str:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = {name.removesuffix(".npy") for name in archive.namelist()}
+    except FileNotFoundError:
+        return f"{path}: volume file not found"
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return f"{path}: is not a volume file; tools/build_droplets.py makes one"
+    missing = [name for name in _IN_VOLUME if name not in names]
+    return f"{path}: lacks {', '.join(missing)}, which a volume file holds" if missing else ""
 
 
 def droplets_of_file() -> Values:

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from rtbow.errors import InputError
-from rtbow.scene import Droplets, Scene, density_key
+from rtbow.scene import Droplets, PointLight, Scene, SunLight, density_key
 from rtbow.scene_file import parse_set
 from rtbow.scene_overrides import flat, plain
 from rtbow.scene_schema import Node, toml_text
@@ -123,7 +123,15 @@ class Tables:
         ui.end_row()
 
     def _set(self, row: Row) -> Set:
-        return lambda value, gesture: self._proposals.change(self._change(row, value), gesture)
+        def change(value: object, gesture: object) -> str:
+            if row.kind in ("path", "spectrum"):
+                value = value.strip() if isinstance(value, str) else value
+                problem = kinds.problem_of_file(row.path, value)
+                if problem:
+                    return problem
+            return self._proposals.change(self._change(row, value), gesture)
+
+        return change
 
     def _set_item(self, path: str) -> Set:
         return lambda value, gesture: self._proposals.change({path: value}, gesture)
@@ -268,9 +276,12 @@ class Tables:
                 found = kinds.radius_table(scene.droplets, kind, node)
                 changes = {f"droplets.{key}": item for key, item in found.items()}
             else:
-                light = value_at(scene, split_path(place))
-                node = _node(type(scene), "light", 0)
-                changes = {place: kinds.light_table(scene, light, kind, node)}
+                path = split_path(place)
+                table, node = value_at(scene, path), _node(type(scene), *path)
+                if isinstance(table, SunLight | PointLight):
+                    changes = {place: kinds.light_table(scene, table, kind, node)}
+                else:
+                    changes = {place: kinds.other_kind(table, kind, node)}
             return self._proposals.change(changes, gesture)
 
         return change
@@ -335,7 +346,8 @@ class Tables:
                 key, value = parse_set(str(text).removeprefix("--set").strip())
             except InputError as error:
                 return str(error)
-            return self._proposals.change({RIGHT: {**every, key: value}}, gesture)
+            problem = kinds.problem_of_file(key, value)
+            return problem or self._proposals.change({RIGHT: {**every, key: value}}, gesture)
 
         width = ui.right_edge - ui.left
         widgets.text(ui, RIGHT, "", width, add, hint="key = value of the right side")

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from rtbow.errors import InputError
 from rtbow.scene_overrides import plain
 from rtbow.scene_schema import toml_text
 from rtbow.view import look
@@ -215,22 +214,11 @@ def text(
 
 def spectrum(ui: Ui, row: Row, value: str, width: float, set_value: Set) -> None:
     """Draw a list of all spectra by groups, with a field for a file of one's own."""
-    from rtbow.spectrum import load_spectrum
-
-    def set_known(new: object, gesture: object) -> str:
-        if isinstance(new, str) and new.strip():
-            try:
-                load_spectrum(new.strip())
-            except InputError as error:
-                return str(error)
-            new = new.strip()
-        return set_value(new, gesture)
-
     path = row.path
     draft = ui.draft(path, value)
     if draft is not None:
         hint = "path to a CSV file"
-        ui.type_in(path, draft, width, str, set_known, hint=hint)
+        ui.type_in(path, draft, width, str, set_value, hint=hint)
         return
     imgui.set_next_item_width(width)
     own = value.lower().endswith(_CSV)
@@ -246,7 +234,7 @@ def spectrum(ui: Ui, row: Row, value: str, width: float, set_value: Set) -> None
         imgui.separator_text(group)
         for name in names:
             if imgui.selectable(name, name == value)[0] and name != value:
-                ui.choose(path, name, set_known)
+                ui.choose(path, name, set_value)
             if name == value and imgui.is_window_appearing():
                 imgui.set_scroll_here_y()
             ui.note(f"{path}={name}")
