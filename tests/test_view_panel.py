@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shlex
+import shutil
 from collections.abc import Callable, Iterator
 from datetime import datetime, timedelta, timezone
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pytest
@@ -29,7 +30,8 @@ from rtbow.view import kinds, look
 from rtbow.view.gallery import thumbnail_path
 from rtbow.view.proposals import merged, shortened, split_path, value_at
 from rtbow.view.rows import Row, Slide, label_of, rows_of, shown_number
-from rtbow.view.state import OVERLAYS, Notice
+from rtbow.view.state import OVERLAYS, Notice, ViewState
+from rtbow.view.status import error_text
 from rtbow.view.widgets import spectrum_groups
 from rtbow.view.worker import FrameDrawn
 
@@ -559,6 +561,48 @@ def test_drops_come_from_a_file_and_go_back(egl):
         assert stage.edits.scene == stage.edits.opened.scene
 
 
+def test_no_volume_is_read_for_a_click(egl, monkeypatch):
+    """A volume may hold many millions of drops; its box is all that is needed."""
+    monkeypatch.setattr("rtbow.volume.load_volume", lambda path: 1 / 0)
+    with staged(egl, "shower") as stage:
+        stage.click("droplets.source")
+        stage.click("droplets.source=a description")
+        assert stage.edits.scene.droplets.box_m == ((-2000.0, 300.0, 0.0), (2000.0, 1500.0, 1250.0))
+
+
+class Dry(BaseModel):
+    kind: Literal["dry"] = Field("dry", description="its kind")
+    depth_m: float = Field(20.0, ge=1, le=1000, description="how far one sees")
+    dust: float = Field(0.5, ge=0, le=1, description="how dusty it is")
+
+
+class Wet(BaseModel):
+    kind: Literal["wet"] = Field("wet", description="its kind")
+    depth_m: float = Field(20.0, ge=1, le=1000, description="how far one sees")
+    drop_um: float = Field(ge=1, le=50, description="how large its drops are")
+
+
+def test_a_table_of_kinds_that_is_no_light_gets_a_table_of_its_own(egl):
+    class WiderScene(Scene):
+        haze: Annotated[Dry | Wet, Field(discriminator="kind")] = Field(
+            Dry(), description="thin fog"
+        )
+
+    with staged(egl) as stage:
+        wider = WiderScene(**dict(stage.edits.scene) | {"haze": Dry(depth_m=70.0)})
+        object.__setattr__(stage.edits.opened, "scene", wider)
+        stage.edits.scene = wider
+        asked: list[dict[str, object]] = []
+        stage.actions.change = lambda changes, gesture=None: asked.append(changes) or ""  # type: ignore[method-assign]
+        stage.frames(2)
+        stage.open_all()
+        stage.click("haze.kind")
+        stage.click("haze.kind=wet")
+        table = asked[-1]["haze"]
+        assert Wet.model_validate(table).depth_m == 70.0
+        assert table.keys() == {"kind", "depth_m", "drop_um"}
+
+
 def test_mixing_per_point_brings_a_grid(egl):
     with staged(egl, "downpour") as stage:
         stage.click("droplets.radius.mixing")
@@ -621,6 +665,44 @@ def test_a_spectrum_of_ones_own(uniform, tmp_path):
         else:
             assert uniform.edits.scene.light[0].spectrum == "E490"
             assert "file not found" in uniform.panel.ui.drafts["light.0.spectrum"].message
+
+
+def test_a_volume_file_that_is_not_there_is_refused(egl, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "notes.npz").write_text("no archive")
+    np.savez(tmp_path / "half.npz", radius_um=np.ones((2, 2, 2)), box_m=np.zeros((2, 3)))
+    shutil.copy(builtin_scenes()["default"].parent / "curtain.npz", tmp_path / "own.npz")
+    with staged(egl, "shower") as stage:
+        before = stage.edits.scene
+        for text, told in (
+            ("none.npz", "volume file not found"), ("notes.npz", "is not a volume file"),
+            ("half.npz", "lacks number_per_m3"), (".", "is not a volume file"),
+        ):  # fmt: skip
+            stage.click("droplets.file")
+            stage.type(text)
+            stage.key(KEY.enter)
+            assert told in stage.panel.ui.drafts["droplets.file"].message
+            assert is_red(stage, "droplets.file")
+            assert stage.edits.scene is before
+            stage.key(KEY.escape)
+            stage.frames(2)
+        stage.click("droplets.file")
+        stage.type(" own.npz ")
+        stage.key(KEY.enter)
+        assert stage.edits.scene.droplets.file == str(tmp_path / "own.npz")
+
+
+def test_a_file_of_the_right_side_that_is_not_there_is_refused(egl):
+    with staged(egl, "uniform", changes={"compare.right": {}}) as stage:
+        stage.open_all()
+        for text in ("droplets.file = none.npz", "light.0.spectrum = none.csv"):
+            stage.click("compare.right")
+            stage.type(text)
+            stage.key(KEY.enter)
+            assert "not found" in stage.panel.ui.drafts["compare.right"].message
+            assert stage.edits.scene.compare.right == {}
+            stage.key(KEY.escape)
+            stage.frames(2)
 
 
 # --- two sides -----------------------------------------------------------------------------------
@@ -733,6 +815,66 @@ def test_the_sun_stands_where_it_does_at_a_date_time_and_place(uniform):
     assert uniform.edits.scene == before
 
 
+def stands(stage: Stage) -> tuple[float, float]:
+    sun = stage.edits.scene.light[0]
+    return sun.altitude_deg, sun.azimuth_deg
+
+
+def test_date_time_and_place_go_back_with_the_sun(uniform):
+    sun = uniform.panel.sun
+    uniform.click("by date.use", 0.1)
+    uniform.enter("by date.date", "2026-06-21")
+    uniform.enter("by date.time", "18:30")
+    uniform.drag("by date.time", 0.5, 0.4)
+    later = sun.minutes
+    assert later != 18 * 60 + 30
+    uniform.enter("by date.latitude", "20")
+    for _ in range(2):
+        assert sun.direction_deg() == stands(uniform)
+        uniform.click("Undo")
+        assert (sun.minutes, sun.latitude_deg) == (later, 48.0)
+        assert sun.direction_deg() == stands(uniform)
+        uniform.click("Undo")
+        assert sun.minutes == 18 * 60 + 30
+        assert sun.direction_deg() == stands(uniform)
+        uniform.click("Redo")
+        uniform.click("Redo")
+        assert (sun.minutes, sun.latitude_deg) == (later, 20.0)
+    while uniform.edits.can_undo:
+        uniform.click("Undo")
+    assert not sun.on
+    uniform.click("Redo")
+    assert sun.on
+
+
+def test_a_sun_that_was_moved_by_hand_is_not_that_of_the_date(uniform):
+    uniform.click("by date.use", 0.1)
+    assert "by date.time" in uniform.seen
+    uniform.enter("light.0.altitude_deg", "12.3")
+    assert not uniform.panel.sun.on
+    assert "by date.time" not in uniform.seen
+    uniform.click("Undo")
+    assert uniform.panel.sun.on
+    uniform.click("by date.use", 0.1)
+    uniform.frames(3)
+    assert not uniform.panel.sun.on
+    uniform.enter("light.0.altitude_deg", "12.3")
+    uniform.click("Undo")
+    assert not uniform.panel.sun.on
+
+
+@pytest.mark.parametrize(("year", "days"), [(2026, 365), (2028, 366)])
+def test_the_slider_of_days_ends_with_its_year(uniform, year, days):
+    sun = uniform.panel.sun
+    uniform.click("by date.use", 0.1)
+    uniform.enter("by date.date", f"{year}-06-21")
+    uniform.drag("by date.date", 0.5, 1.2)
+    assert str(sun.day) == f"{year}-12-31"
+    assert sun.day.timetuple().tm_yday == days
+    uniform.drag("by date.date", 0.9, -0.2)
+    assert str(sun.day) == f"{year}-01-01"
+
+
 @pytest.mark.parametrize(
     ("path", "text"),
     [
@@ -776,6 +918,57 @@ def test_how_the_picture_is_shown_is_chosen(uniform):
     assert uniform.edits.scene is uniform.edits.opened.scene
 
 
+@pytest.mark.parametrize("ev", [None, 12.0])
+def test_how_the_picture_is_shown_goes_back_to_what_the_window_was_opened_with(egl, ev):
+    with staged(egl, "uniform", state=ViewState("spectral", ev, target_fps=20.0)) as stage:
+        state = stage.state
+        state.frame = frame(stage.edits.scene)
+        stage.frames(2)
+        assert not [path for path in stage.seen if path.endswith("/reset")]
+        stage.click("view.method")
+        stage.click("view.method=fast")
+        stage.drag("view.target_fps", 0.5, 0.9)
+        stage.click("view.exposure", 0.1)
+        assert (state.exposure_ev is None) == (ev is not None)
+        arrows = {"view.method/reset", "view.exposure/reset", "view.target_fps/reset"}
+        assert {path for path in stage.seen if path.endswith("/reset")} == arrows
+        for path in arrows:
+            stage.click(path)
+        assert (state.method, state.exposure_ev, state.target_fps) == ("spectral", ev, 20.0)
+        assert not [path for path in stage.seen if path.endswith("/reset")]
+        if ev is not None:
+            stage.enter("view.exposure_ev", "3")
+            stage.enter("view.exposure_ev", "400")
+            assert is_red(stage, "view.exposure_ev")
+            stage.click("view.exposure_ev/reset")
+            assert state.exposure_ev == ev
+            assert not stage.panel.ui.drafts
+
+
+def test_the_help_of_the_panels_own_values_holds_their_options(uniform):
+    tip = uniform.tip("view.method")
+    assert "--method auto|fast|spectral|reference" in tip
+    assert "a number" not in "\n".join(tip)
+
+
+def test_circles_of_chosen_orders(uniform):
+    state = uniform.state
+    assert state.circle_orders == (1, 2)
+    assert "view.circle_orders.3" not in uniform.seen
+    uniform.click("view.overlays.circles", 0.05)
+    uniform.click("view.circle_orders.4", 0.05)
+    uniform.click("view.circle_orders.1", 0.05)
+    assert state.circle_orders == (2, 4)
+    uniform.click("view.circle_orders/reset")
+    assert state.circle_orders == (1, 2)
+
+
+def test_what_is_read_under_the_cursor_goes_and_comes(uniform):
+    for expected in (False, True):
+        uniform.click("view.readout", 0.05)
+        assert uniform.state.readout_open is expected
+
+
 def test_built_in_scenes_open_with_a_click_on_their_picture(egl):
     with staged(egl, "uniform") as stage:
         stage.click("section/Scenes")
@@ -790,6 +983,21 @@ def test_built_in_scenes_open_with_a_click_on_their_picture(egl):
             assert scene_title(builtin_scenes()[name])
             stage.click(f"scenes/{name}")
         assert stage.actions.asked == [("open", name) for name in names]
+
+
+def test_a_scenes_title_is_read_once(egl, monkeypatch):
+    read: list[Any] = []
+    monkeypatch.setattr(
+        "rtbow.view.gallery.scene_title", lambda path: read.append(path) or "a title"
+    )
+    with staged(egl, "uniform") as stage:
+        monkeypatch.setattr("rtbow.view.gallery.builtin_scenes", lambda: 1 / 0)
+        stage.click("section/Scenes")
+        for _ in range(3):
+            for name in ("fogbow", "shower"):
+                stage.hover(f"scenes/{name}")
+                stage.frames(20)
+        assert read == [builtin_scenes()["fogbow"], builtin_scenes()["shower"]]
 
 
 def test_every_built_in_scene_has_a_small_picture():
@@ -833,6 +1041,48 @@ def test_frames_scenes_and_commands_are_kept(uniform, tmp_path, monkeypatch):
         ("scene", "bow.toml"),
         ("command", "rtbow render uniform"),
     ]
+
+
+def test_another_file_is_replaced_after_a_question(uniform, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "other.toml").write_text("precious")
+    uniform.click("keep.scene")
+    uniform.type("other.toml")
+    uniform.key(KEY.enter)
+    uniform.click("keep/save scene")
+    assert uniform.actions.asked == []
+    uniform.click("keep/leave it")
+    assert "keep/replace it" not in uniform.seen
+    uniform.click("keep/save scene")
+    uniform.click("keep/replace it")
+    assert uniform.actions.asked == [("replace", "other.toml")]
+    assert "keep/replace it" not in uniform.seen
+    uniform.click("keep/save scene")
+    uniform.click("keep.scene")
+    uniform.type("free.toml")
+    uniform.key(KEY.enter)
+    assert "keep/replace it" not in uniform.seen
+    uniform.edits.save(tmp_path / "free.toml")
+    uniform.frames(2)
+    uniform.click("keep/save scene")
+    assert uniform.actions.asked[1:] == [("scene", str(tmp_path / "free.toml"))]
+
+
+def test_the_bound_of_the_error_is_that_of_the_frame_and_of_full_size(uniform):
+    state = uniform.state
+    assert error_text(state) == ("", True)
+    scene = changed_scene(uniform.edits.scene, {"render.max_delta_e": 0.25})
+    state.frame = frame(scene)
+    assert error_text(state) == ("ΔE 99 % ≤ 0.25", True)
+    uniform.frames(2)
+    top = uniform.seen["section/Scenes"][1]
+    state.scale = 0.5
+    assert error_text(state) == ("ΔE 99 % ≤ 0.25 at full size", False)
+    uniform.frames(2)
+    assert uniform.seen["status/error"][2] < WIDTH
+    assert uniform.seen["section/Scenes"][1] == top  # it does not jump while things move
+    state.frame = frame(scene, method="spectral")
+    assert error_text(state) == ("", True)
 
 
 def test_the_head_tells_how_the_picture_came_about(uniform):
@@ -901,6 +1151,52 @@ def test_whatever_hands_do_the_scene_stays_one_that_can_be_saved(egl, rng, name)
                 stage.edits.undo()
         scene = stage.edits.scene
         assert scene_from_text(scene_text(scene)) == scene
+
+
+# --- dense displays ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [1.25, 1.5, 2.0])
+@pytest.mark.parametrize("name", ["shower", "street-lamp"])
+def test_on_a_dense_display_all_is_larger_alike(egl, name, scale):
+    def places(by: float) -> dict[str, tuple[float, float, float, float]]:
+        size = {"height": round(4000 * by), "width": round(WIDTH * by), "scale": by}
+        with staged(egl, name, **size) as stage:
+            stage.state.frame = frame(stage.edits.scene)
+            stage.open_all()
+            stage.click("by date.use", 0.1) if "by date.use" in stage.seen else None
+            stage.frames(3)
+            return dict(stage.seen)
+
+    plain, dense = places(1.0), places(scale)
+    assert plain.keys() == dense.keys()
+    for path, (left, top, right, bottom) in plain.items():
+        found = dense[path]
+        assert 0.0 <= found[0] < found[2] <= scale * WIDTH, path
+        wide, high = scale * (right - left), scale * (bottom - top)
+        # Letters are not drawn alike at all sizes.
+        assert found[2] - found[0] == pytest.approx(wide, abs=0.08 * wide + 3.0), path
+        assert found[3] - found[1] == pytest.approx(high, abs=0.03 * high + 2.0), path
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_letters_stay_inside_their_fields(egl, scale):
+    """Of a number's own letters, some pixels of its field are left all around."""
+    size = {"height": round(4000 * scale), "width": round(WIDTH * scale), "scale": scale}
+    with staged(egl, "shower", **size) as stage:
+        stage.open_all()
+        stage.mouse(-100.0, -100.0)
+        stage.frames(3)
+        image = stage.paint()
+        for row in shown_rows(stage.edits.scene):
+            if row.kind != "number" or row.path not in stage.seen:
+                continue
+            left, top, right, bottom = (round(x) for x in stage.seen[row.path])
+            bright = image[top:bottom, left:right].min(axis=2) > 150
+            assert bright.any(), row.path
+            rows, columns = np.nonzero(bright)
+            assert min(rows.min(), bottom - top - 1 - rows.max()) >= 2 * scale, row.path
+            assert min(columns.min(), right - left - 1 - columns.max()) >= 2 * scale, row.path
 
 
 # --- what rows are made of -----------------------------------------------------------------------

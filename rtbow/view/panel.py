@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
 
 from rtbow.display import EV_LIMIT
+from rtbow.renderer import METHODS
 from rtbow.scene import Scene
 from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
 from rtbow.view.gallery import Gallery
 from rtbow.view.help import draw_help as draw_help
 from rtbow.view.keep import Keep
+from rtbow.view.overlays import ORDERS
 from rtbow.view.proposals import RIGHT, Proposals
 from rtbow.view.rows import Row, Slide, own_row, rows_of, shown_number
 from rtbow.view.state import OVERLAYS, Actions, ViewState
@@ -23,9 +24,6 @@ from rtbow.view.sun_by_date import SunByDate
 from rtbow.view.tables import Tables
 from rtbow.view.ui import Set, Ui
 
-if TYPE_CHECKING:
-    from rtbow.renderer import Method
-
 _SECTIONS = {
     "light": "Sun", "droplets": "Drops", "atmosphere": "Air", "scattering": "Theory",
     "camera": "Camera", "render": "Picture", "compare": "Picture",
@@ -33,12 +31,11 @@ _SECTIONS = {
 """Where each table of the scene is shown; others have a section of their own."""
 _OPEN = ("Sun", "Drops", "Picture")
 """Sections that are open at first."""
-_METHODS: tuple[Method, ...] = ("auto", "fast", "spectral", "reference")
 _METHOD = own_row(
     "view.method", "method",
     "how the picture is computed: fast within its stated error, spectral for each wavelength, "
     "reference in float64 on the CPU; auto takes fast wherever that keeps its error",
-    kind="choice", choices=_METHODS, option="--method auto|fast|spectral|reference",
+    kind="choice", choices=METHODS, option=f"--method {'|'.join(METHODS)}",
 )  # fmt: skip
 _AUTO = own_row(
     "view.exposure", "auto exposure", "the exposure follows the picture's brightest parts",
@@ -55,6 +52,14 @@ _FPS = own_row(
     "pictures a second that are kept while things move, by drawing them smaller",
     "A higher rate is smoother and coarser; what stands still is drawn in full.", "number",
     unit="fps", slide=Slide(5.0, 120.0, log=True),
+)  # fmt: skip
+_ORDERS = own_row(
+    "view.circle_orders", "circles of", "bows whose circles are drawn, by internal reflections",
+    kind="boxes", names=tuple(f"{order} {name}" for order, name in ORDERS.items()),
+)  # fmt: skip
+_READOUT = own_row(
+    "view.readout", "readout under the cursor",
+    "angles, colour and what the rain is like at the point of the picture under the mouse",
 )  # fmt: skip
 _SPLIT = own_row(
     "view.split", "split the picture",
@@ -85,6 +90,7 @@ class Panel:
         self._keep = Keep(actions)
         self.sun = SunByDate.now()
         self._scene: Scene | None = None
+        self._first: ViewState | None = None
 
     def close(self) -> None:
         """Forget its pictures, while ImGui's context still is."""
@@ -101,13 +107,18 @@ class Panel:
             edits: the scene.
             state: how it is shown.
         """
+        if self._first is None:
+            self._first = ViewState(
+                state.method, state.exposure_ev, target_fps=state.target_fps,
+                circle_orders=state.circle_orders,
+            )  # fmt: skip
         if edits.scene is not self._scene:
             self._scene = edits.scene
             self.ui.scene_changed()
         self._proposals.look(edits, state)
         ui = self.ui
         ui.begin()
-        self._status.draw(ui, state, edits.scene.render.max_delta_e)
+        self._status.draw(ui, state)
         self._history(edits)
         right = self._proposals.right
         if right:
@@ -181,24 +192,28 @@ class Panel:
     def _sun(self, scene: Scene) -> None:
         for number, light in enumerate(scene.light):
             if light.type == "sun":
-                self.sun.draw(self.ui, f"light.{number}", self._proposals.change)
+                at_deg = light.altitude_deg, light.azimuth_deg
+                self.sun.draw(self.ui, f"light.{number}", at_deg, self._proposals.change)
                 return
 
     # --- the picture --------------------------------------------------------------------------
 
     def _view(self, state: ViewState) -> None:
         """Draw how the scene is shown, which is not in the scene."""
-        ui = self.ui
+        ui, first = self.ui, self._first
+        assert first is not None
 
         def set_method(value: object, gesture: object) -> str:
-            state.method = next(m for m in _METHODS if m == value)
+            state.method = next(m for m in METHODS if m == value)
             return ""
 
-        if ui.begin_row(_METHOD, False):
+        differs = state.method != first.method
+        if ui.begin_row(_METHOD, differs):
             ui.label(_METHOD.label)
-            widgets.choice(ui, _METHOD.path, state.method, _METHODS, ui.value_width, set_method)
-            ui.end_row()
-        self._exposure(state)
+            widgets.choice(ui, _METHOD.path, state.method, METHODS, ui.value_width, set_method)
+            if self._ends_with_reset(_METHOD, differs):
+                state.method = first.method
+        self._exposure(state, first)
 
         def set_fps(value: object, gesture: object) -> str:
             if not isinstance(value, int | float) or not 1.0 <= value <= 1000.0:
@@ -206,7 +221,7 @@ class Panel:
             state.target_fps = float(value)
             return ""
 
-        self._number(_FPS, state.target_fps, set_fps)
+        self._number(_FPS, state.target_fps, first.target_fps, set_fps)
         for name, (key, what) in OVERLAYS.items():
             row = _overlay_row(name, key, what)
             if not ui.begin_row(row, False):
@@ -216,10 +231,35 @@ class Panel:
             if changed:
                 (state.overlays.add if on else state.overlays.discard)(name)
             ui.end_row()
+            if name == "circles" and name in state.overlays:
+                self._circle_orders(state, first)
+        if ui.begin_row(_READOUT, False):
+            state.readout_open = imgui.checkbox(_READOUT.label, state.readout_open)[1]
+            ui.note(_READOUT.path)
+            ui.end_row()
 
-    def _exposure(self, state: ViewState) -> None:
+    def _circle_orders(self, state: ViewState, first: ViewState) -> None:
+        def set_orders(value: object, gesture: object) -> str:
+            state.circle_orders = tuple(value) if isinstance(value, list) else ()
+            return ""
+
+        differs = state.circle_orders != first.circle_orders
+        if self.ui.begin_row(_ORDERS, differs):
+            self.ui.label(_ORDERS.label)
+            widgets.boxes(self.ui, _ORDERS, state.circle_orders, set_orders)
+            if self._ends_with_reset(_ORDERS, differs):
+                state.circle_orders = first.circle_orders
+
+    def _ends_with_reset(self, row: Row, differs: bool) -> bool:
+        """End a row; give whether its value shall be what the window was opened with."""
+        pressed = differs and self.ui.reset_button(row)
+        self.ui.end_row()
+        return pressed
+
+    def _exposure(self, state: ViewState, first: ViewState) -> None:
         ui = self.ui
         frame_ev = state.frame.exposure_ev if state.frame is not None else 15.0
+        automatic = state.exposure_ev is None
 
         def set_auto(value: object, gesture: object) -> str:
             state.exposure_ev = None if value else round(frame_ev, 1)
@@ -231,28 +271,32 @@ class Panel:
             state.exposure_ev = float(value)
             return ""
 
-        if ui.begin_row(_AUTO, False):
+        differs = automatic != (first.exposure_ev is None)
+        if ui.begin_row(_AUTO, differs):
             ui.label(_AUTO.label)
-            automatic = state.exposure_ev is None
             text = f"now {shown_number(round(frame_ev, 1))} EV" if automatic else ""
             widgets.flag(ui, _AUTO.path, automatic, set_auto, text)
-            ui.end_row()
+            if self._ends_with_reset(_AUTO, differs):
+                state.exposure_ev = first.exposure_ev
         if state.exposure_ev is not None:
-            self._number(_EXPOSURE, state.exposure_ev, set_ev)
+            self._number(_EXPOSURE, state.exposure_ev, first.exposure_ev, set_ev)
 
-    def _number(self, row: Row, value: float, set_value: Set) -> None:
+    def _number(self, row: Row, value: float, before: float | None, set_value: Set) -> None:
+        """Draw a number that is not the scene's; ``before`` is None where there was none."""
         ui = self.ui
-        if ui.begin_row(row, False):
+        differs = before is not None and value != before
+        if ui.begin_row(row, differs):
             ui.label(row.label)
 
-            def put_back(before: float) -> None:
-                set_value(before, None)
+            def put_back(moved_from: float) -> None:
+                set_value(moved_from, None)
 
             widgets.number(
                 ui, row.path, value, ui.value_width, set_value, row.slide, unit=row.unit,
                 put_back=put_back,
             )  # fmt: skip
-            ui.end_row()
+            if self._ends_with_reset(row, differs):
+                set_value(before, None)
 
     def _compare(self, edits: Edits, state: ViewState) -> None:
         ui = self.ui

@@ -123,6 +123,8 @@ class Row:
         """What may be typed, in words; empty if the kind of value says it."""
         if self.kind in ("flag", "tag", "table", "tables", "overrides", "spectrum", "path", "text"):
             return ""
+        if self.option is not None:  # of the panel's own
+            return ""
         if self.kind == "number":
             return self.node.range
         return self.node.expects()
@@ -149,19 +151,19 @@ def own_row(
     unit: str = "",
     slide: Slide | None = None,
     choices: tuple[Any, ...] = (),
+    names: tuple[str, ...] = (),
     option: str = "",
 ) -> Row:
     """Give a row of the panel's own, for what is not in the scene.
 
     Args:
         path: by which it is told apart from others.
-        label, description, effect, kind, unit, slide, choices: as a row has them.
+        label, description, effect, kind, unit, slide, choices, names: as a row has them.
         option: of the command line; empty if there is none.
     """
-    node = Node(float, ())
     return Row(
-        path, path, label, unit, description, effect, kind, node,
-        slide=slide, choices=choices, option=option,
+        path, path, label, unit, description, effect, kind, Node(float, ()),
+        slide=slide, names=names, choices=choices, option=option,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from rtbow.view.ui import Ui
 
 _WINDOW_S = 1.0
 """Over which frames are counted."""
+_ERROR = "Of 100 pixels, 99 differ by less from the truth (CIEDE2000): render.max_delta_e"
 _PATIENCE_S = 0.25
 """Until a picture that is waited for is told of."""
 
@@ -23,18 +24,17 @@ class Status:
     def __init__(self) -> None:
         self._frames: deque[tuple[float, int]] = deque()
 
-    def draw(self, ui: Ui, state: ViewState, max_delta_e: float) -> None:
+    def draw(self, ui: Ui, state: ViewState) -> None:
         """Draw it.
 
         Args:
             ui: of the frame.
             state: of the window.
-            max_delta_e: the error that method fast keeps.
         """
-        self._numbers(ui, state, max_delta_e)
+        self._numbers(ui, state)
         self._work(state)
         if state.stale:
-            _wrapped(ui, f"The last good picture: {state.stale}", look.WARNING)
+            ui.wrapped(f"The last good picture: {state.stale}", look.WARNING)
         for number, notice in enumerate(list(state.notices)):
             error = notice.severity == "error"
             if error:
@@ -42,9 +42,9 @@ class Status:
                     state.notices.remove(notice)
                 ui.note(f"notice/{number}/close")
                 imgui.same_line()
-            _wrapped(ui, notice.text, look.ERROR if error else look.GOOD)
+            ui.wrapped(notice.text, look.ERROR if error else look.GOOD)
 
-    def _numbers(self, ui: Ui, state: ViewState, max_delta_e: float) -> None:
+    def _numbers(self, ui: Ui, state: ViewState) -> None:
         frame = state.frame
         if frame is None:
             imgui.text_disabled("no picture yet")
@@ -58,12 +58,18 @@ class Status:
         if fps is not None:
             parts.append(f"{fps:.0f} fps")
         parts.append(f"scale {100 * state.scale:.0f} %")
-        if frame.method == "fast":
-            parts.append(f"error ≤ {max_delta_e:.3g} ΔE")
         imgui.text(" · ".join(parts))
-        imgui.text_disabled(ui.cut(frame.renderer))
+        error, holds = error_text(state)
+        if error:
+            imgui.push_style_color(imgui.Col_.text, look.TEXT if holds else look.DIM)
+            imgui.text(error)
+            imgui.pop_style_color()
+            ui.note("status/error")
+            imgui.set_item_tooltip(_ERROR)
+            imgui.same_line(0.0, 0.0)
+        imgui.text_disabled(ui.cut(f"{' · ' if error else ''}{frame.renderer}"))
         if state.method == "auto" and frame.unsuited:
-            _wrapped(ui, f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
+            ui.wrapped(f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
 
     def _fps(self, state: ViewState) -> float | None:
         """Frames in the last second; None while the picture stands still."""
@@ -87,9 +93,16 @@ class Status:
                 imgui.progress_bar(-waited, (-1.0, 0.0), f"rendering, {waited:.1f} s")
 
 
-def _wrapped(ui: Ui, text: str, colour: imgui.ImVec4) -> None:
-    imgui.push_style_color(imgui.Col_.text, colour)
-    imgui.push_text_wrap_pos(ui.right_edge)
-    imgui.text(text)
-    imgui.pop_text_wrap_pos()
-    imgui.pop_style_color()
+def error_text(state: ViewState) -> tuple[str, bool]:
+    """Tell of the frame's error bound, and whether the picture on the screen keeps it.
+
+    A picture that is drawn smaller and enlarged differs by more.
+
+    Returns:
+        The text, empty where there is no bound to keep, and whether it holds as shown.
+    """
+    frame = state.frame
+    if frame is None or frame.method != "fast":
+        return "", True
+    bound = f"ΔE 99 % ≤ {frame.scene.render.max_delta_e:.3g}"
+    return (bound, True) if state.scale >= 1.0 else (f"{bound} at full size", False)

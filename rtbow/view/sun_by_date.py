@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from datetime import date, datetime, timedelta, timezone
 from functools import lru_cache
 
@@ -14,6 +14,8 @@ from rtbow.view import widgets
 from rtbow.view.rows import Row, Slide, own_row, shown_number
 from rtbow.view.ui import Ui
 
+Direction = tuple[float, float]
+"""Altitude and azimuth in degrees."""
 _DIGITS = 2
 """Decimals of the sun's altitude and azimuth, in degrees."""
 _DAY_MIN = 24 * 60
@@ -29,16 +31,20 @@ _LATITUDE = _row("latitude", "latitude", "deg", "of the place, north is positive
 _LONGITUDE = _row(
     "longitude", "longitude", "deg", "of the place, east is positive", Slide(-180, 180)
 )
-_DATE = _row(
-    "date", "date", "", "day of the year; type it as 2026-06-21", Slide(1, 366, whole=True)
-)
+_DATE = _row("date", "date", "", "day of the year; type it as 2026-06-21")
 _TIME = _row(
     "time", "time", "", "on a clock there; type it as 18:30", Slide(0, _DAY_MIN // _STEP_MIN)
 )
 _OFFSET = _row(
     "offset", "UTC offset", "h", "of the clock, such as 2 for summer in Paris", Slide(-12, 14)
 )
-_USE = _row("use", "by date and place", "", "take altitude and azimuth from a date, time and place")
+_USE = own_row(
+    "by date.use", "by date and place",
+    "take altitude and azimuth from a date, time and place; it goes off where the sun is moved by"
+    " other means",
+)  # fmt: skip
+_MOST_REMEMBERED = 2000
+_SETTINGS = ("latitude_deg", "longitude_deg", "day", "minutes", "offset_h")
 
 
 @dataclass
@@ -51,6 +57,9 @@ class SunByDate:
         day: the date.
         minutes: since midnight, on the clock there.
         offset_h: of that clock from UTC.
+
+    The scene has the sun's direction alone. Which settings led to it is remembered, so that they
+    go back with the sun where a change is undone.
     """
 
     on: bool = False
@@ -59,6 +68,8 @@ class SunByDate:
     day: date = date(2026, 6, 21)
     minutes: int = 18 * 60
     offset_h: float = 2.0
+    _at_deg: Direction | None = None
+    _led_to: dict[Direction, tuple[object, ...]] = field(default_factory=dict, repr=False)
 
     @classmethod
     def now(cls) -> SunByDate:
@@ -82,26 +93,57 @@ class SunByDate:
         found = sun_position(when, self.latitude_deg, self.longitude_deg)
         return round(found.altitude_deg, _DIGITS), round(found.azimuth_deg, _DIGITS)
 
-    def draw(self, ui: Ui, light: str, change: Callable[[dict[str, object], object], str]) -> None:
+    def _look(self, at_deg: Direction) -> None:
+        """Follow a sun that was moved by other means: with the settings that led there, or off."""
+        if at_deg == self._at_deg:
+            return
+        self._at_deg = at_deg
+        settings = self._led_to.get(at_deg)
+        self.on = settings is not None
+        for name, value in zip(_SETTINGS, settings or (), strict=False):
+            setattr(self, name, value)
+
+    def _led(self, at_deg: Direction) -> None:
+        """Remember which settings led to a direction."""
+        self._at_deg = at_deg
+        self._led_to.pop(at_deg, None)  # the last one to go is the last that came
+        self._led_to[at_deg] = tuple(getattr(self, name) for name in _SETTINGS)
+        if len(self._led_to) > _MOST_REMEMBERED:
+            del self._led_to[next(iter(self._led_to))]
+
+    def draw(
+        self,
+        ui: Ui,
+        light: str,
+        at_deg: Direction,
+        change: Callable[[dict[str, object], object], str],
+    ) -> None:
         """Draw the box that shows it, and its sliders.
 
         Args:
             ui: of the frame.
             light: path of the sun.
+            at_deg: its altitude and azimuth.
             change: takes changes of the scene and their gesture.
         """
+        self._look(at_deg)
 
         def apply(gesture: object) -> str:
             try:
                 altitude, azimuth = self.direction_deg()
             except (InputError, ValueError, OverflowError) as error:
                 return str(error)
-            return change(
+            message = change(
                 {f"{light}.altitude_deg": altitude, f"{light}.azimuth_deg": azimuth}, gesture
             )
+            if not message:
+                self._led((altitude, azimuth))
+            return message
 
         def use(value: object, gesture: object) -> str:
             self.on = bool(value)
+            if not self.on:
+                self._led_to.pop(at_deg, None)
             return apply(gesture) if self.on else ""
 
         if ui.begin_row(_USE, False):
@@ -158,7 +200,9 @@ class SunByDate:
         def date_text(number: float) -> str:
             return f"{to_day(int(number))}"
 
-        number(_DATE, "day", self.day.timetuple().tm_yday, to_day, date_text, read_date)
+        days = date(self.day.year, 12, 31).timetuple().tm_yday
+        in_year = replace(_DATE, slide=Slide(1, days, whole=True))
+        number(in_year, "day", self.day.timetuple().tm_yday, to_day, date_text, read_date)
         number(_TIME, "minutes", self.minutes / _STEP_MIN, to_minutes, _time_text, read_time)
         number(_OFFSET, "offset_h", self.offset_h)
         number(_LATITUDE, "latitude_deg", self.latitude_deg)
