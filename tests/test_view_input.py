@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import glfw
 import pytest
 from imgui_bundle import imgui
+from screen import virtual_screen
 
 from rtbow.view.imgui_input import WindowInput
 
@@ -118,3 +123,40 @@ def test_keys_without_letters_stay_what_they_are(typist):
     for key in (*keys, glfw.KEY_SPACE):
         typist.press(key)
         assert typist.heard[-1][0] == key
+
+
+TYPED = """
+import sys, time
+import glfw
+from imgui_bundle import imgui
+from screen import Hands
+from rtbow.view.imgui_input import WindowInput
+
+assert glfw.init()
+glfw.window_hint(glfw.CLIENT_API, glfw.NO_API)
+window = glfw.create_window(200, 100, "keys", None, None)
+imgui.create_context()
+heard, hands = [], Hands(sys.argv[1])
+given = WindowInput(window, None, lambda key, down, _: heard.append((key, down)), None)
+for name in ("z", "odiaeresis", "minus"):
+    end, count = time.monotonic() + 10.0, len(heard)
+    while len(heard) == count and time.monotonic() < end:
+        glfw.focus_window(window)  # nobody else gives it the keyboard here
+        hands.key(name, True)
+        glfw.wait_events_timeout(0.1)
+    print(chr(heard[-1][0]), *map(chr, given.held))
+    hands.key(name, False)
+    while given.held and time.monotonic() < end:
+        glfw.wait_events_timeout(0.1)
+"""
+
+
+def test_a_real_keyboard_of_another_layout():
+    with virtual_screen(300, 200) as name:
+        env = {**os.environ, "DISPLAY": name, "PYTHONPATH": str(Path(__file__).parent)}
+        subprocess.run(["setxkbmap", "de"], check=True, env=env)
+        result = subprocess.run(
+            [sys.executable, "-c", TYPED, name], capture_output=True, text=True, env=env, timeout=60
+        )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.split("\n")[:3] == ["Z Y", "; ;", "- /"]
