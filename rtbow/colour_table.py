@@ -293,7 +293,7 @@ class BakedLight:
         basis: the light's.
         chord: folded chords of the angles (N,), even.
         outcomes: X, Y, Z (B, components, R, N, 3), of the weights of the basis, contiguous.
-        mean: of these over components and radii (B, N, 3).
+        mean: of these over components, and over radii as the scene has them (B, N, 3).
     """
 
     basis: LightBasis
@@ -302,15 +302,16 @@ class BakedLight:
     mean: Array
 
     @classmethod
-    def of(cls, basis: LightBasis, chord: Array, outcomes: Array) -> BakedLight:
-        """Take over outcomes however they lie in memory."""
-        return cls(basis, chord, np.ascontiguousarray(outcomes), outcomes.mean(axis=(1, 2)))
+    def of(cls, basis: LightBasis, chord: Array, outcomes: Array, shares: Array) -> BakedLight:
+        """Take over outcomes however they lie in memory, and each row's share of the light (R,)."""
+        mean = np.einsum("bcrnx,r->bnx", outcomes, shares / outcomes.shape[1])
+        return cls(basis, chord, np.ascontiguousarray(outcomes), floats(mean))
 
 
 def colour_table(baked: BakedLight, column: Column, degree: int) -> ColourTable:
     """Turn what drops make of a light's basis into a table for a range of columns.
 
-    The fall-off with the column is that of the mean over all radii, unpolarised.
+    The fall-off with the column is that of the mean over the scene's radii, unpolarised.
 
     Args:
         baked: what they make of it.

@@ -41,7 +41,8 @@ def bake_light(
         components=scene.camera.polarizer_deg is not None, progress=building,
     )  # fmt: skip
     fit = hat_fit(radii.fine, radii.rows)
-    return BakedLight.of(basis, chord, np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True))
+    fitted = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
+    return BakedLight.of(basis, chord, fitted, radii.shares)
 
 
 def most_texels(here: FastScene) -> int:

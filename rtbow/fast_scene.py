@@ -18,7 +18,14 @@ from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.context import GlContext
 from rtbow.errors import UnsuitedError
 from rtbow.fast_settings import FastSettings, hat_rows
-from rtbow.fast_volume import filled_box, greatest_depth, kind_of, light_range_um, radius_spread
+from rtbow.fast_volume import (
+    filled_box,
+    greatest_depth,
+    kind_of,
+    light_range_um,
+    light_shares,
+    radius_spread,
+)
 from rtbow.gl_program import GlProgram, volume_texture
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
@@ -54,11 +61,13 @@ class RadiusRows:
         fine: at which cross-sections are taken (F,).
         rows: that they are fitted to (R,), even; one of one radius or mixture.
         middle: from which weights are counted.
+        shares: of the volume's light that counts at each row (R,).
     """
 
     fine: Array
     rows: Array
     middle: float
+    shares: Array
 
 
 def radius_rows(volume: DropletVolume, settings: FastSettings) -> RadiusRows:
@@ -70,10 +79,11 @@ def radius_rows(volume: DropletVolume, settings: FastSettings) -> RadiusRows:
     radii = radius_axis(range_um, volume.sizes, settings.row_step).radius_m
     fine, middle = np.log(radii), float(np.log(middle_radius(radii)))
     if len(fine) == 1:
-        return RadiusRows(fine, fine, middle)
+        return RadiusRows(fine, fine, middle, np.ones(1))
     per_fold = hat_rows(radius_spread(volume), settings)
     count = min(2 + int((fine[-1] - fine[0]) * per_fold), len(fine))
-    return RadiusRows(fine, np.linspace(fine[0], fine[-1], count), middle)
+    rows = np.linspace(fine[0], fine[-1], count)
+    return RadiusRows(fine, rows, middle, light_shares(volume, rows))
 
 
 @dataclass(frozen=True)

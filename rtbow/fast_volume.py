@@ -57,6 +57,27 @@ def light_range_um(volume: DropletVolume, share: float) -> tuple[float, float]:
     return float(np.exp(low)), float(np.exp(high))
 
 
+def light_shares(volume: DropletVolume, rows: Array) -> Array:
+    """Give the share of the light of a volume's drops that counts at each row of radius.
+
+    Args:
+        volume: the drops.
+        rows: logarithms of radii in metres (R,), even, two or more.
+
+    Returns:
+        (R,), 1 in sum.
+    """
+    filled = volume.number_per_m3 > 0.0
+    log = np.log(volume.radius_um[filled].astype(np.float64) * 1e-6)
+    light = volume.number_per_m3[filled] * np.exp(RADIUS_POWER * (log - rows[-1]))
+    place = np.clip((log - rows[0]) / (rows[1] - rows[0]), 0.0, len(rows) - 1.0)
+    lower = np.minimum(place.astype(np.int64), len(rows) - 2)
+    upper_share = place - lower
+    found = np.bincount(lower, light * (1.0 - upper_share), len(rows))
+    found += np.bincount(lower + 1, light * upper_share, len(rows))
+    return floats(found / found.sum())
+
+
 def radius_spread(volume: DropletVolume) -> float:
     """Give how much radii differ along a ray: the deviation of ln(radius) along the grid's lines,
     weighted by the light of their drops, of the median line."""

@@ -10,6 +10,8 @@ from rtbow.arrays import Array, Indices
 from rtbow.compiled import compiled, prange
 from rtbow.volume_kernel import interpolate
 
+LEAST_NODES = 3
+"""Nodes for a piece of a ray whose drops are of one size."""
 NODES_PER_LOG_RADIUS = 30.0
 
 
@@ -106,7 +108,7 @@ def cut_at_levels(origin: Array, ray: Array, cuts: Array, levels: Array) -> Arra
 
 
 @compiled()
-def _nodes_for(
+def node_count(
     origin: Array, ray: Array, start: float, end: float, box: Array, moments: Array
 ) -> int:
     """Nodes for a piece of a ray: 3 where drops are of a size, more where the radius changes.
@@ -121,8 +123,8 @@ def _nodes_for(
         if density > 0.0:
             least, most = min(least, product / density), max(most, product / density)
     if most <= least:
-        return 3
-    return 3 + int(np.ceil(NODES_PER_LOG_RADIUS * np.log(most / least)))
+        return LEAST_NODES
+    return LEAST_NODES + int(np.ceil(NODES_PER_LOG_RADIUS * np.log(most / least)))
 
 
 def sample_rays(
@@ -194,7 +196,7 @@ def _sample_rays(
                 cuts = cut_by_depth(origin, rays[pixel], cuts, box, field, thickest)
             for k in range(len(cuts) - 1):
                 half = 0.5 * (cuts[k + 1] - cuts[k])
-                count = _nodes_for(origin, rays[pixel], cuts[k], cuts[k + 1], box, moments)
+                count = node_count(origin, rays[pixel], cuts[k], cuts[k + 1], box, moments)
                 count = min(count, len(rules))
                 for j in range(count):
                     t = cuts[k] + half * (1.0 + rules[count - 1, 0, j])

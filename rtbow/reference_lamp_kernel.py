@@ -7,11 +7,17 @@ import numpy as np
 from rtbow.airy_kernel import AIRY_LOW, airy_grid, airy_squared_at, running_at, running_grid
 from rtbow.arrays import Array, Indices
 from rtbow.compiled import compiled, prange
-from rtbow.reference_kernel import cut_by_depth, cut_ray
+from rtbow.reference_kernel import LEAST_NODES, cut_by_depth, cut_ray, node_count
 from rtbow.volume_kernel import interpolate
 
 _DISTANCE_RATIO = 1.07
 """Largest ratio of the distances from a lamp with a diameter to the ends of a piece."""
+
+
+PIECES_PER_NODE = 6
+"""Pieces with drops of one size each, per node that a piece of a ray takes under a sun: within 0.02
+(CIEDE2000, 99 %) of four times as many, with drops of 81-162 µm drawn at each point and a lamp that
+is a point."""
 
 
 @compiled()
@@ -95,6 +101,10 @@ def lamp_pieces(
                         continue
                     first, last = np.arctan((low - foot) / side), np.arctan((high - foot) / side)
                     number = max(1, int(np.ceil((last - first) / finest)))
+                    # Within a piece drops are of one size: pieces follow the radius, too.
+                    nodes = node_count(origin, ray, low, high, box, moments)
+                    if nodes > LEAST_NODES:
+                        number = max(number, PIECES_PER_NODE * nodes)
                     turn = (last - first) / number
                     # Beside the line through the lamp the angles are all but pi/2 and equal:
                     # there steps in 1/distance are steps in angle.

@@ -33,6 +33,7 @@ from rtbow.fast_volume import (
     filled_box,
     greatest_depth,
     kind_of,
+    light_shares,
     radius_spread,
     sun_columns,
 )
@@ -194,7 +195,8 @@ def white_table(basis: LightBasis, column: Column, tolerance: float) -> ColourTa
     """Colours of drops that send back all wavelengths alike."""
     degree = column_degree(basis, column, tolerance)
     outcomes = np.repeat(basis.weights.sum(axis=1)[:, None, None, None, :], 2, axis=3)
-    return colour_table(BakedLight.of(basis, np.array([0.0, 1.0]), outcomes), column, degree)
+    baked = BakedLight.of(basis, np.array([0.0, 1.0]), outcomes, np.ones(1))
+    return colour_table(baked, column, degree)
 
 
 @by_spectrum
@@ -250,7 +252,8 @@ def test_a_table_of_drops_with_colours(rng, range_):
         axis=1,
     )[:, None]
     degree = column_degree(basis, column, 1e-3)
-    table = colour_table(BakedLight.of(basis, chord, outcomes), column, degree)
+    shares = np.array([0.3, 0.7])
+    table = colour_table(BakedLight.of(basis, chord, outcomes, shares), column, degree)
     assert (table.rows, table.components, table.degree) == (2, 1, degree)
     assert table.values.shape == (2 + degree, 41, 4)
     assert table.first + 40 / table.per_chord == pytest.approx(chord[-1])
@@ -270,7 +273,7 @@ def test_a_table_of_drops_with_colours(rng, range_):
     assert table.fit_error < 1e-3
     assert np.abs(got / exact - 1.0).max() < 1e-3
     # Between two components the fall-off is one.
-    twice = BakedLight.of(basis, chord, np.repeat(outcomes, 2, axis=1))
+    twice = BakedLight.of(basis, chord, np.repeat(outcomes, 2, axis=1), shares)
     both = colour_table(twice, column, degree)
     assert both.components == 2
     np.testing.assert_allclose(both.values[4:], table.values[2:], rtol=1e-5, atol=1e-6)
@@ -283,7 +286,8 @@ def test_the_rains_own_colour():
     basis = light_basis(load_spectrum("E490"), 5.0, NO_AIR, ratio)
     assert basis.rain
     outcomes = np.repeat(basis.weights.sum(axis=1)[:, None, None, None, :], 3, axis=3)
-    table = colour_table(BakedLight.of(basis, np.linspace(0.0, 1.0, 3), outcomes), NO_AIR, 0)
+    baked = BakedLight.of(basis, np.linspace(0.0, 1.0, 3), outcomes, np.ones(1))
+    table = colour_table(baked, NO_AIR, 0)
     weights, _ = fine_weights("E490")
     excess = ratio(wavelength_bins(1.0).wavelength_nm) - 1.0
     clear = weights.sum(axis=0)
@@ -506,3 +510,37 @@ def test_blurred_fringes_do_with_fewer_wavelengths():
         assert (400.0 / step) % 1.0 == 0.0
     coarse = replace(settings, wavelength_step_nm=8.0)
     assert node_step_nm(coarse, blurred=True) == 8.0
+
+
+def test_light_falls_off_as_that_of_the_radii_that_there_are():
+    column = Column(0.0, 8.0)
+    basis = light_basis(load_spectrum("equal-energy"), 5.0, column)
+    nm = basis.wavelength_nm
+    blue, red = np.exp(-(((nm - 450.0) / 30.0) ** 2)), np.exp(-(((nm - 630.0) / 30.0) ** 2))
+    rows = [np.einsum("w,bwx->bx", one, basis.weights) for one in (blue, red)]
+    outcomes = np.repeat(np.stack(rows, axis=1)[:, None, :, None, :], 2, axis=3)
+    left = []
+    for shares in ((1.0, 0.0), (0.0, 1.0)):
+        baked = BakedLight.of(basis, np.array([0.0, 1.0]), outcomes, np.array(shares))
+        table = colour_table(baked, column, 2)
+        left.append(left_behind(table, basis.grey(column.middle), np.array([3.0]))[0, 0, 1])
+    behind = left[0] / table.values[0, 0, 1], left[1] / table.values[0, 0, 1]
+    # Rayleigh's depth at 450 nm is four times that at 630 nm.
+    assert behind[0] < 0.7 * behind[1] < 1.0
+
+
+def test_shares_of_light_are_those_of_drops_on_rows():
+    radius_um = np.array([[[100.0, 200.0], [150.0, 400.0]]], dtype=np.float32)
+    number = np.array([[[1.0, 2.0], [3.0, 0.0]]], dtype=np.float32)
+    box = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
+    volume = DropletVolume(box, np.repeat(radius_um, 2, axis=0), np.repeat(number, 2, axis=0))
+    rows = np.log(np.geomspace(100e-6, 200e-6, 5))
+    found = light_shares(volume, rows)
+    light = number.astype(float) * radius_um.astype(float) ** (7.0 / 3.0)
+    total = light[number > 0.0].sum()
+    assert found.sum() == pytest.approx(1.0)
+    assert found[0] == pytest.approx(light[0, 0, 0] / total)
+    assert found[-1] == pytest.approx(light[0, 0, 1] / total, rel=1e-6)
+    place = 4.0 * np.log2(1.5)
+    assert found[2] == pytest.approx((1.0 - (place - 2.0)) * light[0, 1, 0] / total, rel=1e-4)
+    assert found[1] == 0.0

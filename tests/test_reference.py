@@ -17,7 +17,9 @@ from textbook import (
 
 from rtbow import reference
 from rtbow.airy_kernel import airy_grid, airy_squared_at
+from rtbow.camera import direction
 from rtbow.colour import colour_matching
+from rtbow.colour_difference import frame_difference
 from rtbow.reference import radiance_along, render_reference, spectral_radiance_along
 from rtbow.reference_kernel import sample_rays
 from rtbow.scene import Scene
@@ -408,3 +410,40 @@ def test_spectral_radiance_has_the_suns_lines():
     np.testing.assert_allclose(
         (got * widths) @ at_nodes, radiance_along(scene, pixel.ray[None])[0], rtol=5e-5
     )
+
+
+def test_drawn_radii_under_a_lamp_do_not_ask_for_a_finer_grid(tmp_path):
+    """The same drops on eight times as fine a grid, whose planes cut the rays eight times as often.
+
+    Beyond the lamp angles hardly change along a ray, while radii go to and fro between points.
+    """
+    coarse = np.where(np.arange(12) % 2, 160.0, 80.0)
+    number = np.full(12, 2000.0)
+    fine = np.linspace(0.0, 11.0, 89)
+    fine_number = np.interp(fine, np.arange(12), number)
+    fine_radius = np.interp(fine, np.arange(12), number * coarse) / fine_number
+    found = []
+    for radius, density in ((coarse, number), (fine_radius, fine_number)):
+        shape = (2, len(radius), 2)
+        volume = DropletVolume(
+            np.array([[-40.0, 0.0, 0.0], [40.0, 60.0, 15.0]]),
+            np.broadcast_to(radius[None, :, None], shape).astype(np.float32).copy(),
+            np.broadcast_to(density[None, :, None], shape).astype(np.float32).copy(),
+        )
+        path = tmp_path / f"{len(radius)}.npz"
+        save_volume(volume, path)
+        scene = Scene.model_validate(
+            {
+                "camera": {"position_m": [0.0, 9.0, 1.6]},
+                "light": [
+                    {"type": "point", "position_m": [-0.7, 4.0, 7.2], "luminous_flux_lm": 1e4,
+                     "diameter_m": 0.0}
+                ],
+                "droplets": {"file": str(path)},
+                "render": {"wavelength_step_nm": 10.0},
+            }
+        )  # fmt: skip
+        rays = np.stack([direction(azimuth, 5.0) for azimuth in np.linspace(-50.0, 30.0, 40)])
+        found.append(radiance_along(scene, rays))
+    # 2.6 with one piece for each cell.
+    assert frame_difference(found[0], found[1]).delta_e.worst < 0.05
