@@ -1199,6 +1199,21 @@ def test_letters_stay_inside_their_fields(egl, scale):
             assert min(columns.min(), right - left - 1 - columns.max()) >= 2 * scale, row.path
 
 
+@pytest.mark.parametrize("width", [240, WIDTH])
+def test_letters_stay_inside_their_buttons(egl, width):
+    with staged(egl, "uniform", width=width) as stage:
+        stage.edits.change({"camera.fov_deg": 50.0})
+        stage.edits.change({"camera.fov_deg": 60.0})
+        stage.edits.undo()
+        stage.frames(3)
+        image = stage.paint()
+        for name in ("Undo", "Redo"):
+            left, top, right, bottom = (round(x) for x in stage.seen[name])
+            bright = image[top:bottom, left:right].min(axis=2) > 150
+            columns = np.nonzero(bright.any(axis=0))[0]
+            assert min(columns.min(), right - left - 1 - columns.max()) >= 4, name
+
+
 # --- what rows are made of -----------------------------------------------------------------------
 
 

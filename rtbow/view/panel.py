@@ -146,7 +146,10 @@ class Panel:
             if name == "Redo":
                 imgui.same_line(0.0, ui.gap)
             imgui.begin_disabled(not can)
-            if imgui.button(f"{name} ({keys})", (width, 0.0)):
+            text = f"{name} ({keys})"
+            room = width - 2.0 * imgui.get_style().frame_padding.x
+            short = text if imgui.calc_text_size(text).x <= room else name
+            if imgui.button(f"{short}###{name}", (width, 0.0)):
                 ui.forget()
                 do()
             imgui.end_disabled()
