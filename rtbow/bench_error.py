@@ -23,6 +23,9 @@ from rtbow.scene import Scene
 REFERENCE_STEP_NM = 1.0
 """Wavelength step of the reference: the standard of truth."""
 SAMPLE_SEED = 1
+DARK_CD_M2 = 1e-9
+"""A frame no brighter than this has no light to compare: a thousandth of what an eye in the dark
+sees. The dark side of a bow falls off to 1e-30 and on, where float32 has ended."""
 _AT_A_TIME = 128
 """Pixels whose reference is computed together: a table's cross-sections of more fill the memory."""
 
@@ -173,10 +176,10 @@ def colour_error(rgb: Array, truth_xyz: Array) -> FrameDifference | None:
         truth_xyz: the reference (n, 3).
 
     Returns:
-        The difference over the pixels with light; None where the reference has no light, and
-        hence no white to compare against.
+        The difference over the pixels with light; None where the reference has no light that
+        anybody could see, and hence no white to compare against.
     """
-    if not truth_xyz[:, 1].max(initial=0.0) > 0.0:
+    if not truth_xyz[:, 1].max(initial=0.0) > DARK_CD_M2:
         return None
     return frame_difference(rgb_to_xyz(rgb), truth_xyz)
 

@@ -85,7 +85,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         texels_per_disc=12.0 * min(max(finer, 0.5), 2.0),
         wavelength_step_nm=(1.0 if tight else 2.0) if kind == "alike" else (2.5 if tight else 5.0),
         # Drawn radii fill a ray's histogram unevenly, so that errors between rows do not cancel.
-        row_step=(0.015 if share >= 1.0 else 0.01) * (0.5 if kind == "rough" else 1.0),
+        row_step=(0.015 if share >= 1.0 else 0.01) * (1.0 / 3.0 if kind == "rough" else 1.0),
         # Where no nodes keep weights of rows, rows cost nothing.
         rows_per_fold=(100.0 if kind == "rough" else 13.0) * min(max(finer, 0.5), 2.5),
         colour=1e-3 * min(share, 4.0),
