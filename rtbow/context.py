@@ -12,6 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from rtbow.errors import InputError, RtbowError, UnavailableError
@@ -140,13 +141,14 @@ class GlContext:
         self.close()
 
 
-def open_context(backend: Backend = "auto") -> GlContext:
+def open_context(backend: Backend = "auto", *, robust: bool = False) -> GlContext:
     """Open a context, which is not current yet.
 
     Args:
         backend: ``egl``, ``osmesa`` or ``window``; ``auto`` takes the first that opens of EGL, a
             window if there is a display, and OSMesa. For EGL the environment variable
             ``RTBOW_EGL_DEVICE`` chooses a device by index; else the first that works is taken.
+        robust: whether a window's context tells when the device was reset, where the driver can.
 
     Raises:
         InputError: an unknown backend, or a wrong ``RTBOW_EGL_DEVICE``.
@@ -158,7 +160,7 @@ def open_context(backend: Backend = "auto") -> GlContext:
     failures: list[BackendReport] = []
     for name in names:
         try:
-            return _open(name)
+            return _open(name, robust=robust)
         except BackendError as error:
             report = BackendReport(name, ok=False, reason=str(error), help=error.help)
             failures.append(report)
@@ -186,8 +188,10 @@ def probe_backends() -> list[BackendReport]:
     return reports
 
 
-def _open(backend: str) -> GlContext:
-    opener = {"egl": open_egl, "window": open_window, "osmesa": open_osmesa}[backend]
+def _open(backend: str, *, robust: bool = False) -> GlContext:
+    opener = {
+        "egl": open_egl, "window": partial(open_window, robust=robust), "osmesa": open_osmesa,
+    }[backend]  # fmt: skip
     # Nothing else may be current meanwhile: a new context is made current by its maker.
     with _switched_to(None):
         driver, ctx = opener()

@@ -138,8 +138,11 @@ def foreign_window() -> _WindowDriver | None:
     return _WindowDriver(window, owned=False) if window else None
 
 
-def open_window() -> tuple[Driver, moderngl.Context]:
+def open_window(*, robust: bool = False) -> tuple[Driver, moderngl.Context]:
     """Open a hidden window with a context.
+
+    Args:
+        robust: whether the context tells when the device was reset, where the driver can.
 
     Raises:
         BackendError: there is no display, or no OpenGL 3.3.
@@ -161,7 +164,14 @@ def open_window() -> tuple[Driver, moderngl.Context]:
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
         if sys.platform == "darwin":  # the only core profile there is a forward-compatible one
             glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)
-        window = glfw.create_window(*_WINDOW_SIZE_PX, "rtbow", None, None)
+        window = None
+        for strategy in (glfw.LOSE_CONTEXT_ON_RESET, glfw.NO_ROBUSTNESS) if robust else (None,):
+            if strategy is not None:
+                glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, strategy)
+            errors.clear()
+            window = glfw.create_window(*_WINDOW_SIZE_PX, "rtbow", None, None)
+            if window:
+                break
         glfw.default_window_hints()  # the next window may be another's
     if not window:
         _glfw_process.release()

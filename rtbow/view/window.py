@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Callable
 from typing import Any
 
 import glfw
@@ -15,6 +17,9 @@ from rtbow.errors import UnavailableError
 from rtbow.view.picture import Rect
 
 _LEAST_SIZE_PX = (1, 1)
+_NO_ERROR = 0
+_LOST = ("GL_CONTEXT_LOST", "GL_UNKNOWN_ERROR")
+"""What moderngl calls an error that OpenGL 3.3 has not: since 4.5 that is of a lost context."""
 _GONE = "the window's GL context is lost: the graphics driver was reset, or the display has gone"
 
 
@@ -31,7 +36,7 @@ class Window:
 
     def __init__(self, title: str, size: tuple[int, int]) -> None:
         try:
-            self.gl: GlContext = open_context("window")
+            self.gl: GlContext = open_context("window", robust=True)
         except UnavailableError as error:
             raise UnavailableError(
                 f"{error}\nrtbow view needs a display; rtbow render -o bow.png draws without one"
@@ -47,6 +52,18 @@ class Window:
         with self.gl.current():
             glfw.swap_interval(1)
             self._screen = self.gl.ctx.detect_framebuffer(0)
+            self._reset_status = self._reset_query()
+        self._title = title
+
+    def _reset_query(self) -> Callable[[], int]:
+        """Give GL's function that tells whether the device was reset; 0 is that it was not."""
+        extensions = self.gl.ctx.extensions
+        for extension, suffix in (("GL_ARB_robustness", "ARB"), ("GL_KHR_robustness", "")):
+            if extension in extensions:
+                address: Any = glfw.get_proc_address(f"glGetGraphicsResetStatus{suffix}")
+                if isinstance(address, int) and address:
+                    return ctypes.CFUNCTYPE(ctypes.c_uint)(address)
+        return lambda: 0
 
     def _screen_area(self) -> tuple[int, int, int, int]:
         """Left, top, width and height of what the screen has free."""
@@ -141,7 +158,9 @@ class Window:
 
     def retitle(self, title: str) -> None:
         """Change the title."""
-        glfw.set_window_title(self.handle, title)
+        if title != self._title:
+            self._title = title
+            glfw.set_window_title(self.handle, title)
 
     def begin(self, colour: tuple[float, float, float, float]) -> moderngl.Framebuffer:
         """Give the window's framebuffer, cleared to a colour."""
@@ -157,10 +176,17 @@ class Window:
         Raises:
             UnavailableError: the context is lost.
         """
-        error = self.gl.ctx.error
-        if error == "GL_CONTEXT_LOST":
-            raise UnavailableError(_GONE)
+        self.check()
         glfw.swap_buffers(self.handle)
+
+    def check(self) -> None:
+        """Check that the context, which must be current, is still there.
+
+        Raises:
+            UnavailableError: the context is lost.
+        """
+        if self._reset_status() != _NO_ERROR or self.gl.ctx.error in _LOST:
+            raise UnavailableError(_GONE)
 
     def image(self, rect: Rect | None = None) -> NDArray[np.uint8]:
         """Read what was drawn: 8 bit sRGB (h, w, 3), first row on top."""
