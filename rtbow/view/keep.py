@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from imgui_bundle import imgui
@@ -10,6 +9,7 @@ from imgui_bundle import imgui
 from rtbow.image import FRAME_SUFFIXES
 from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
+from rtbow.view.names import free_name
 from rtbow.view.rows import Row, own_row
 from rtbow.view.state import Actions
 from rtbow.view.ui import Ui
@@ -116,9 +116,6 @@ class Keep:
         now = imgui.get_time()
         looked_s, name = self._free.get((stem, *suffixes), (-_LOOK_S, ""))
         if now - looked_s >= _LOOK_S:
-            names = (f"{stem}-{number:02d}" for number in range(1, 10_000))
-            taken = (any(os.path.exists(f"{one}{end}") for end in suffixes) for one in names)
-            number = next((k for k, is_taken in enumerate(taken, 1) if not is_taken), 10_000)
-            name = f"{stem}-{number:02d}"
+            name = free_name(stem, suffixes)
             self._free[(stem, *suffixes)] = now, name
         return name
