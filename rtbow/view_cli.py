@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from rtbow.cli_options import (
     max_delta_e_option,
     set_option,
     size_option,
+    typed_overrides,
 )
 
 if TYPE_CHECKING:
@@ -71,32 +71,43 @@ def view(
     Example: rtbow view shower --watch
     """
     from rtbow.files import check_writable
-    from rtbow.scene_file import load_scene, parse_set
-    from rtbow.scene_schema import toml_text
+    from rtbow.scene_file import load_scene, typed_override
 
-    typed = list(settings)
-    if size is not None:
-        typed.append(f"camera.size_px={toml_text(list(size))}")
-    if max_delta_e is not None:
-        typed.append(f"render.max_delta_e={max_delta_e:g}")
+    overrides = typed_overrides(settings, size, max_delta_e, method)
     if screenshot is not None:
         check_writable(screenshot, (".png",))
-    loaded = load_scene(scene, dict(map(parse_set, typed)))
+    loaded = load_scene(scene, overrides)
     from rtbow.view.app import Viewer
     from rtbow.view.edits import Opened
 
-    viewer = Viewer(Opened(loaded, scene, tuple(typed)), method, backend, exposure, watch=watch)
+    typed = tuple(typed_override(*one) for one in overrides.items())
+    viewer = Viewer(Opened(loaded, scene, typed), method, backend, exposure, watch=watch)
     try:
         viewer.run(frames, Path(screenshot) if screenshot is not None else None)
     except BaseException:
-        _recover(viewer)
+        _recover(viewer, cameras=True)
+        try:
+            viewer.close(_say)
+        except Exception as error:  # what broke the window is what counts
+            _say(str(error))
         raise
-    finally:
-        viewer.close()
+    _recover(viewer)
+    viewer.close(_say)
 
 
-def _recover(viewer: Viewer) -> None:
-    """Write what would be lost, and say where."""
-    path = viewer.recover()
-    if path is not None:
-        click.echo(f"the scene's unsaved changes are in {path}", file=sys.stderr)
+def _recover(viewer: Viewer, *, cameras: bool = False) -> None:
+    """Say where what was not saved is to be found; never raises, whatever goes wrong."""
+    try:
+        for found in viewer.recover(cameras=cameras):
+            if found.path is not None:
+                _say(f"unsaved changes are in {found.path}")
+                continue
+            if found.problem:
+                _say(f"unsaved changes could not be kept: {found.problem}")
+            _say(f"this shows them again: {found.command}")
+    except Exception as error:
+        _say(f"unsaved changes could not be kept: {error}")
+
+
+def _say(text: str) -> None:
+    click.echo(text, err=True)

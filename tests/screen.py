@@ -15,6 +15,8 @@ from Xlib import XK, X, display
 from Xlib.ext import xtest
 from Xlib.protocol import event
 
+PROCESSES: dict[str, int] = {}
+"""Of the screens that run, by name."""
 WITHDRAWN, NORMAL, ICONIC = 0, 1, 3  # WM_STATE (ICCCM 4.1.3.1)
 
 
@@ -33,6 +35,7 @@ def virtual_screen(width: int = 640, height: int = 480) -> Iterator[str]:
     with os.fdopen(reader) as pipe:
         number = pipe.readline().strip()
     assert number, "Xvfb did not start"
+    PROCESSES[f":{number}"] = process.pid
     try:
         yield f":{number}"
     finally:
@@ -63,6 +66,13 @@ class Hands:
         code = self._display.keysym_to_keycode(XK.string_to_keysym(name))
         xtest.fake_input(self._display, X.KeyPress if down else X.KeyRelease, code)
         self._display.sync()
+
+    def title(self, window: int) -> str:
+        """What stands on a window's frame."""
+        handle = self._display.create_resource_object("window", window)
+        kind = self._display.intern_atom("UTF8_STRING")
+        found = handle.get_full_property(self._display.intern_atom("_NET_WM_NAME"), kind)
+        return found.value.decode() if found is not None else ""
 
     def set_state(self, window: int, state: int) -> None:
         """Minimise a window or bring it back, as a window manager does."""

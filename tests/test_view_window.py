@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import textwrap
@@ -14,19 +15,24 @@ from pathlib import Path
 import glfw
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 from pydantic import BaseModel
-from screen import ICONIC, NORMAL, Hands, virtual_screen
+from screen import ICONIC, NORMAL, PROCESSES, Hands, virtual_screen
 
 import rtbow
 import rtbow.image
 import rtbow.scene_file
 from rtbow.bench_memory import PeakMemory
 from rtbow.display import display
+from rtbow.errors import UnavailableError
 from rtbow.scene_file import load_scene
 from rtbow.view.app import Viewer
 from rtbow.view.edits import Opened
 from rtbow.view.navigate import antisolar
+from rtbow.view.pace import Order
+from rtbow.view.projection import View
 from rtbow.view.rows import rows_of
+from rtbow.view.worker import Failed
 
 SIZE = (320, 180)
 SCREEN = (900, 2600)
@@ -121,12 +127,14 @@ def opened(name: str, *overrides: str, size: tuple[int, int] = SIZE) -> Opened:
 
 
 @pytest.fixture(scope="module")
-def session(screen: str) -> Iterator[Session]:
-    viewer, hands = Viewer(opened("uniform")), Hands(screen)
-    glfw.set_window_pos(viewer.window.handle, 0, 0)
-    yield Session(viewer, hands)
-    viewer.close()
-    hands.close()
+def session(screen: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("current"))  # where unsaved scenes are kept
+        viewer, hands = Viewer(opened("uniform")), Hands(screen)
+        glfw.set_window_pos(viewer.window.handle, 0, 0)
+        yield Session(viewer, hands)
+        viewer.close()
+        hands.close()
 
 
 @pytest.fixture
@@ -227,6 +235,67 @@ def test_a_drag_turns_the_view_with_the_mouse(live):
     assert not live.viewer.edits.changes
 
 
+def seen_at(live, x: float, y: float) -> np.ndarray:
+    """The direction that is seen at a place of the window."""
+    left, top, width, height = live.viewer.view_units()
+    view = View(live.viewer.edits.scene.camera, (round(width), round(height)))
+    return view.directions(np.array([x - left, y - top]))
+
+
+def test_what_was_grabbed_stays_under_the_cursor(live):
+    left, top, width, height = live.viewer.view_units()
+    start, end = (left + 0.9 * width, top + 0.8 * height), (left + 0.3 * width, top + 0.5 * height)
+    grabbed = seen_at(live, *start)
+    live.drag(start, end)
+    assert seen_at(live, *end) @ grabbed == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_wheel_keeps_what_is_under_the_cursor(live):
+    left, top, width, height = live.viewer.view_units()
+    x, y = round(left + 0.8 * width), round(top + 0.3 * height)
+    live.move(x, y)
+    before = seen_at(live, x, y)
+    fov_deg = live.viewer.edits.scene.camera.fov_deg
+    for _ in range(3):
+        live.hands.button(True, 4)
+        live.hands.button(False, 4)
+        live.steps(2)
+    assert live.viewer.edits.scene.camera.fov_deg < fov_deg
+    assert seen_at(live, x, y) @ before == pytest.approx(1.0, abs=1e-9)
+
+
+def test_looking_and_flying_at_once_is_undone_at_once(live):
+    x, y = live.middle()
+    before = live.viewer.edits.scene.camera
+    live.hands.key("w", True)
+    live.drag((x, y), (x + 40, y + 20), pieces=20)
+    live.hands.key("w", False)
+    live.steps(3)
+    after = live.viewer.edits.scene.camera
+    assert after.position_m != before.position_m
+    assert after.azimuth_deg != before.azimuth_deg
+    live.viewer.undo()
+    assert live.viewer.edits.scene.camera == before
+    # What follows is a gesture of its own.
+    live.viewer.redo()
+    live.drag((x, y), (x - 30, y))
+    live.viewer.undo()
+    assert live.viewer.edits.scene.camera == after
+
+
+def title(live) -> str:
+    return live.hands.title(glfw.get_x11_window(live.viewer.window.handle))
+
+
+def test_a_move_of_the_camera_marks_the_title(live):
+    assert title(live) == "uniform – rtbow"
+    x, y = live.middle()
+    live.drag((x, y), (x + 20, y))
+    assert title(live) == "uniform* – rtbow"
+    live.tap("z", "Control_L")
+    assert title(live) == "uniform – rtbow"
+
+
 def test_keys_fly_and_shift_flies_faster(live):
     ways = []
     for modifiers in ((), ("Shift_L",)):
@@ -291,6 +360,23 @@ def test_the_split_bar_is_dragged(live):
     live.settle()
     live.tap("v")
     assert live.viewer.edits.scene.compare is None
+
+
+def test_the_last_right_side_comes_back(live):
+    live.tap("v")
+    right = {"scattering.orders": [1], "droplets.radius.radius_um": 120.0}
+    live.viewer.change({"compare.right": right, "compare.split": 0.3})
+    compare = live.viewer.edits.scene.compare
+    live.tap("v")
+    assert live.viewer.edits.scene.compare is None
+    live.tap("v")
+    assert live.viewer.edits.scene.compare == compare
+    live.tap("v")
+    # Drops of many sizes have no one radius: what does not fit any more is left out.
+    rain = {"distribution": "uniform", "min_um": 100.0, "max_um": 400.0, "mixing": "local"}
+    assert live.viewer.change({"droplets.radius": rain}) == ""
+    live.tap("v")
+    assert live.viewer.edits.scene.compare.right == {}
 
 
 # --- The panel ----------------------------------------------------------------------------------
@@ -359,6 +445,39 @@ def test_help_lists_the_keys(live):
     assert not live.viewer.state.help_open
 
 
+def test_escape_closes_what_is_open_and_only_then_the_window(live):
+    viewer = live.viewer
+    x, y = live.middle()
+    live.move(x, y)
+    live.hands.button(True, 3)
+    live.steps(2)
+    live.hands.button(False, 3)
+    live.steps(2)
+    live.tap("F1")
+    glfw.set_window_size(viewer.window.handle, SIZE[0] + 340, SCREEN[1] - 100)
+    viewer.panel.ui.seen = {}
+    live.steps(4)
+    left, top, right, bottom = viewer.panel.ui.seen["view.method"]
+    viewer.panel.ui.seen = None
+    live.click(0.5 * (left + right), 0.5 * (top + bottom))
+    every = imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level
+    assert imgui.is_popup_open("", every)
+    live.tap("Escape")
+    assert not imgui.is_popup_open("", every)
+    assert viewer.state.help_open
+    live.tap("Escape")
+    assert not viewer.state.help_open
+    assert not viewer.window.closing
+    live.tap("Escape")
+    assert not viewer.hud.unmark()
+    assert not viewer.window.closing
+    live.tap("Escape")
+    assert viewer.window.closing
+    glfw.set_window_should_close(viewer.window.handle, False)
+    glfw.set_window_size(viewer.window.handle, SIZE[0] + 340, SIZE[1])
+    live.steps(4)
+
+
 def test_a_change_never_stops_the_window(live):
     """Steps of the loop while tables are built anew elsewhere; 1 s would be a frozen window."""
     slowest = 0.0
@@ -412,7 +531,121 @@ def test_keys_save_under_names_that_are_free(live, tmp_path, monkeypatch):
     live.tap("e", "Control_L")
     live.until(lambda: (tmp_path / "uniform-02.png").is_file())
     live.tap("s", "Control_L")
-    assert load_scene(tmp_path / "uniform-03.toml") == live.viewer.edits.scene
+    assert load_scene(tmp_path / "uniform-01.toml") == live.viewer.edits.scene
+
+
+def test_frames_that_are_being_saved_have_their_names_already(live, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    live.viewer._control_key(glfw.KEY_E, False)
+    live.viewer._control_key(glfw.KEY_E, False)
+    live.viewer.save_frame(("uniform-01.exr", "uniform-01.png"))
+    names = ["uniform-01-01.png", "uniform-01.png", "uniform-02.png"]
+    live.until(lambda: not live.viewer._saving)
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == names
+    assert len(list(tmp_path.glob("*.exr"))) == 3
+
+
+def test_pictures_go_on_while_a_frame_is_saved(live, tmp_path):
+    viewer = live.viewer
+    viewer.change({"render.wavelength_step_nm": 1.0, "camera.size_px": [640, 360]})
+    viewer.state.method = "reference"
+    viewer.save_frame((str(tmp_path / "slow.exr"),))
+    viewer.state.method = "auto"
+    shown = viewer.state.frames_shown
+    viewer.change({"light.0.altitude_deg": 12.0})
+    live.settle()
+    assert viewer.state.frames_shown > shown
+    assert not (tmp_path / "slow.exr").exists()
+    live.until(lambda: not viewer._saving)
+    assert (tmp_path / "slow.exr").is_file()
+
+
+def test_a_frame_that_cannot_be_saved_is_told(live, tmp_path):
+    live.viewer.save_frame((str(tmp_path / "nowhere" / "a.exr"),))
+    live.until(lambda: not live.viewer._saving)
+    assert "mkdir" in live.viewer.state.notices[-1].text
+
+
+# --- What goes wrong ----------------------------------------------------------------------------
+
+
+def test_each_mistake_stands_until_the_same_goes_well(live):
+    viewer = live.viewer
+    viewer._tell("file", "mine.toml: wrong")
+    viewer.change({"light.0.altitude_deg": 12.0})
+    live.settle()
+    assert viewer.state.stale == "mine.toml: wrong"
+    order = Order(-1, 1.0, False)
+    viewer._orders[10**6] = order, 0.0
+    viewer._take(Failed(10**6, "input", "not with these drops"), 0.0)
+    assert viewer.state.stale == "mine.toml: wrong\nnot with these drops"
+    viewer.change({"light.0.altitude_deg": 13.0})
+    live.settle()
+    assert viewer.state.stale == "mine.toml: wrong"
+    viewer._tell("file")
+    assert viewer.state.stale == ""
+
+
+def test_answers_of_one_process_are_not_taken_for_the_other_s(live):
+    viewer = live.viewer
+    order = Order(-1, 1.0, False)
+    viewer._orders[10**6] = order, 0.0
+    viewer._saving[10**6] = ("a.exr",)
+    viewer._take_other(Failed(10**6, "input", "the disk is full"))
+    assert viewer.state.notices[-1].text == "the disk is full"
+    assert viewer.state.stale == ""
+    assert viewer._orders.pop(10**6) == (order, 0.0)
+    viewer._spectrum_asked = 10**6
+    viewer._take_other(Failed(10**6, "input", "no light there"))
+    assert viewer.state.spectrum_problem == "no light there"
+
+
+def test_a_machine_that_draws_nothing_at_all_ends_the_window(live):
+    viewer, frame = live.viewer, live.viewer.state.frame
+    viewer.state.frame = None
+    viewer._orders[10**6] = Order(-1, 1.0, False), 0.0
+    with pytest.raises(UnavailableError, match="libegl1"):
+        viewer._take(Failed(10**6, "machine", "install libegl1"), 0.0)
+    viewer.state.frame, viewer._failure = frame, None
+
+
+def test_a_lost_context_is_told(live, monkeypatch):
+    # GL_UNKNOWN_CONTEXT_RESET
+    monkeypatch.setattr(live.viewer.window, "_reset_status", lambda: 0x8255)
+    live.viewer.wake()
+    with pytest.raises(UnavailableError, match="context is lost"):
+        live.steps(1)
+
+
+def test_a_renderer_that_is_lost_is_told_and_comes_back(live):
+    viewer = live.viewer
+    lost = viewer._worker.process_id
+    os.kill(lost, signal.SIGKILL)
+    live.until(lambda: bool(viewer.state.notices))
+    assert "process ended" in viewer.state.notices[-1].text
+    viewer.change({"light.0.altitude_deg": 12.0})
+    live.settle()
+    assert viewer._worker.process_id != lost
+
+
+def test_unsaved_changes_are_kept_within_two_seconds(live, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    viewer, kept = live.viewer, tmp_path / "uniform-recovered.toml"
+    viewer.change({"light.0.altitude_deg": 12.0})
+    begun = time.monotonic()
+    live.until(kept.is_file)
+    assert time.monotonic() - begun < 10.0  # 1.5 s, on a machine that does nothing else
+    assert load_scene(kept) == viewer.edits.scene
+    viewer.change({"light.0.altitude_deg": 13.0})
+    live.until(lambda: load_scene(kept) == viewer.edits.scene)
+    viewer.save_scene(str(tmp_path / "mine.toml"))
+    live.until(lambda: not kept.exists())
+    viewer.change({"light.0.altitude_deg": 14.0})
+    again = tmp_path / "mine-recovered.toml"
+    live.until(again.is_file)
+    viewer.undo()
+    live.until(lambda: not again.exists())
+    assert not list(tmp_path.glob("*recovered*"))
 
 
 def test_dropped_files_are_opened_or_refused(live, tmp_path):
@@ -511,6 +744,29 @@ def test_a_script_takes_a_screenshot(screen, tmp_path):
     assert Image.open(path).size == (SIZE[0] + 340, SIZE[1])
 
 
+def test_pictures_are_counted_though_nothing_changes(screen):
+    result = view("uniform", "--size", "64x36", "--frames", "150", DISPLAY=screen)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+
+
+def test_a_script_learns_that_the_scene_cannot_be_drawn(screen, tmp_path):
+    path = tmp_path / "a.png"
+    words = ("uniform", "--size", "64x36", "--method", "fast", "--max-delta-e", "1e-6")
+    result = view(*words, "--frames", "3", "--screenshot", str(path), DISPLAY=screen)
+    assert result.returncode == 2, result.stderr
+    assert "max_delta_e" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert not path.exists()
+
+
+def test_options_that_contradict_are_told(screen):
+    words = ("uniform", "--method", "spectral", "--max-delta-e", "1")
+    result = view(*words, DISPLAY=screen)
+    assert result.returncode == 2
+    assert "leave one of the two out" in result.stderr
+
+
 def test_without_a_display_it_says_what_to_do():
     result = view("uniform", DISPLAY="", WAYLAND_DISPLAY="")
     assert result.returncode == 3
@@ -557,6 +813,36 @@ def main():
     print(viewer.edits.scene.light[0].altitude_deg, viewer.frame_rgb.max() > 0.0)
     scene.write_text(text)
     print(until(lambda: not viewer.state.stale and viewer.settled))
+    scene.write_text(text.replace("altitude_deg = 42.0", "altitude_deg = 421.0"))
+    print(until(lambda: "altitude_deg = 421" in viewer.state.stale))
+    camera = viewer.edits.scene.camera
+    viewer._aim(camera.model_copy(update={"azimuth_deg": 5.0}), "camera")
+    print(until(lambda: viewer.settled), "altitude_deg = 421" in viewer.state.stale)
+    viewer.undo()
+    scene.write_text(text)
+    print(until(lambda: not viewer.state.stale and viewer.settled))
+    for name in ("display.frag", "imgui.frag"):
+        own = shader.with_name(name)
+        whole = own.read_text()
+        own.write_text(whole.replace("void main()", "void man()"))
+        print(until(lambda: name in viewer.state.stale or "main" in viewer.state.stale))
+        own.write_text(whole)
+        print(until(lambda: not viewer.state.stale))
+    spectrum = scene.with_name("lamp.csv")
+    spectrum.write_text("380,1\\n780,1\\n")
+    viewer.change({"light.0.spectrum": str(spectrum)})
+    print(until(lambda: viewer.settled))
+
+
+    def redness():
+        red, _, blue = viewer.frame_rgb.sum(axis=(0, 1))
+        return red / blue
+
+    before = redness()
+    spectrum.write_text("380,1\\n780,9\\n")
+    print(until(lambda: redness() > 1.5 * before))
+    viewer.undo()
+    until(lambda: viewer.settled)
     whole = shader.read_text()
     shader.write_text(whole.replace("radiance.rgb = ", "radiance.rgb = wrong + "))
     print(until(lambda: "fast_sun.frag" in viewer.state.stale))
@@ -602,39 +888,188 @@ def test_changed_files_are_taken_over_and_mistakes_told(screen, tmp_path):
     assert lines[:3] == ["True"] * 3, result.stdout
     assert lines[3] == "30.0 True"
     assert lines[4:6] == ["True"] * 2, result.stdout
+    assert lines[6] == "True True", result.stdout
+    assert lines[7:14] == ["True"] * 7, result.stdout
     assert any("fast_sun.frag:" in line and "wrong" in line for line in lines), result.stdout
     assert lines[-2:] == ["True", "2.0"], result.stdout
 
 
-def test_changes_are_recovered_when_something_breaks(screen, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    code = """
-        import sys
-        from rtbow.errors import UnavailableError
-        from rtbow.view import app, window
+BUILT_IN = """
+import sys, time
+from rtbow.resources import resource_dir
+from rtbow.scene_file import builtin_scenes, load_scene
+from rtbow.view.app import Viewer
+from rtbow.view.edits import Opened
 
-        def lost(self):
-            raise UnavailableError("the context is lost")
+def main():
+    viewer = Viewer(Opened(load_scene("uniform"), "uniform"), watch=True)
+    file = builtin_scenes()["uniform"]
+    end = time.monotonic() + 60
+    before = viewer.edits.scene
+    file.write_text(file.read_text() + "\\n[render]\\nmax_delta_e = 0.7\\n")
+    while viewer.edits.scene is before and time.monotonic() < end:
+        viewer.step()
+    print(viewer.edits.scene.render.max_delta_e)
+    viewer.close()
 
-        def spoil(viewer, frames=None, screenshot=None):
-            viewer.change({"light.0.altitude_deg": 3.0})
-            window.Window.show = lost
-            while True:
-                viewer.step()
+if __name__ == "__main__":
+    main()
+"""
 
-        app.Viewer.run = spoil
-        if __name__ == "__main__":
-            sys.argv = ["rtbow", "view", "uniform", "--size", "64x36"]
-            from rtbow.cli import main
-            main()
-    """
-    script = tmp_path / "spoil.py"
-    script.write_text(textwrap.dedent(code))
+
+def test_built_in_scenes_are_followed_too(screen, tmp_path):
+    root = Path(rtbow.__file__).parents[1]
+    for name in ("rtbow", "shaders", "scenes"):
+        shutil.copytree(root / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(root / "pyproject.toml", tmp_path)
+    driver = tmp_path / "driver.py"
+    driver.write_text(BUILT_IN)
     result = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, timeout=PATIENCE_S,
-        cwd=tmp_path, env={**os.environ, "DISPLAY": screen},
+        [sys.executable, str(driver)], capture_output=True, text=True, timeout=PATIENCE_S,
+        cwd=tmp_path, env={**os.environ, "DISPLAY": screen, "PYTHONPATH": str(tmp_path)},
     )  # fmt: skip
+    assert result.stdout == "0.7\n", result.stderr
+
+
+# --- The end ------------------------------------------------------------------------------------
+
+ACTING = """
+import os, sys
+from pathlib import Path
+from rtbow.errors import UnavailableError
+from rtbow.view import app, recovery, window
+
+def act(viewer, frames=None, screenshot=None):
+    def until(condition):
+        while not condition():
+            viewer.step()
+
+    def lost(self):
+        raise UnavailableError("the context is lost")
+
+    ACT
+
+app.Viewer.run = act
+if __name__ == "__main__":
+    sys.argv = ["rtbow", "view", SCENE, "--size", "64x36"]
+    from rtbow.cli import main
+    main()
+"""
+
+
+def acted(
+    screen: str, folder: Path, act: str, scene: str = "uniform", **env: str
+) -> subprocess.CompletedProcess[str]:
+    """Run rtbow view with something else than its loop."""
+    script = folder / "act.py"
+    act = textwrap.indent(textwrap.dedent(act), "    ").strip()
+    script.write_text(ACTING.replace("ACT", act, 1).replace("SCENE", repr(scene)))
+    return subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=PATIENCE_S,
+        cwd=folder, env={**os.environ, "DISPLAY": screen, **env},
+    )  # fmt: skip
+
+
+BREAKS = """
+viewer.change({"light.0.altitude_deg": 3.0})
+window.Window.show = lost
+until(lambda: False)
+"""
+
+
+def test_changes_are_recovered_when_something_breaks(screen, tmp_path):
+    taken = tmp_path / "uniform-recovered.toml"
+    taken.write_text("# mine\n")
+    result = acted(screen, tmp_path, BREAKS)
     assert result.returncode == 3, result.stderr
-    assert "uniform-recovered.toml" in result.stderr
+    assert "uniform-recovered-01.toml" in result.stderr
     assert "the context is lost" in result.stderr
+    assert load_scene(tmp_path / "uniform-recovered-01.toml").light[0].altitude_deg == 3.0
+    assert taken.read_text() == "# mine\n"
+
+
+def test_a_recovery_that_fails_hides_nothing(screen, tmp_path):
+    fails = """
+    def fails(*_):
+        raise ZeroDivisionError("of ours")
+
+    recovery.scene_text = fails
+    """
+    result = acted(screen, tmp_path, textwrap.dedent(fails) + BREAKS)
+    assert result.returncode == 3, result.stderr
+    assert "the context is lost" in result.stderr
+    assert "could not be kept: of ours" in result.stderr
+    assert "rtbow view uniform --set" in result.stderr
+    assert "light.0.altitude_deg=3.0" in result.stderr
+    assert not list(tmp_path.glob("*.toml"))
+
+
+def test_quitting_keeps_what_was_not_saved(screen, tmp_path):
+    quits = """
+    viewer.change({"light.0.altitude_deg": 3.0})
+    viewer.open_scene("red-sun")
+    viewer.change({"light.0.altitude_deg": 4.0})
+    viewer.open_scene("mine.toml")
+    viewer._aim(viewer.edits.scene.camera.model_copy(update={"fov_deg": 33.0}), "camera")
+    viewer.step()
+    """
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    shutil.copy(rtbow.scene_file.builtin_scenes()["street-lamp"], tmp_path / "mine.toml")
+    result = acted(screen, tmp_path, quits)
+    assert result.returncode == 0, result.stderr
     assert load_scene(tmp_path / "uniform-recovered.toml").light[0].altitude_deg == 3.0
+    assert load_scene(tmp_path / "red-sun-recovered.toml").light[0].altitude_deg == 4.0
+    assert "unsaved changes are in uniform-recovered.toml" in result.stderr
+    assert "unsaved changes are in red-sun-recovered.toml" in result.stderr
+    # Where the camera looks is one line, and no file.
+    assert "rtbow view mine.toml --set camera.fov_deg=33.0" in result.stderr
+    assert len(list(tmp_path.glob("*recovered*"))) == 2
+
+
+def test_quitting_without_changes_leaves_nothing(screen, tmp_path):
+    result = acted(screen, tmp_path, "until(lambda: viewer.settled)")
+    assert (result.returncode, result.stderr, result.stdout) == (0, "", "")
+    assert [path.name for path in tmp_path.iterdir()] == ["act.py"]
+
+
+def test_where_the_scene_lies_may_not_be_writable(screen, tmp_path):
+    # Nor a folder at all any more.
+    folder = tmp_path / "away"
+    folder.mkdir()
+    shutil.copy(rtbow.scene_file.builtin_scenes()["uniform"], folder / "mine.toml")
+    act = """
+    import shutil
+    viewer.change({"light.0.altitude_deg": 3.0})
+    shutil.rmtree("away")
+    """
+    result = acted(screen, tmp_path, act, "away/mine.toml")
+    assert result.returncode == 0, result.stderr
+    assert "unsaved changes are in mine-recovered.toml" in result.stderr
+    assert load_scene(tmp_path / "mine-recovered.toml").light[0].altitude_deg == 3.0
+
+
+def test_a_display_that_is_lost_takes_no_changes_with_it(tmp_path):
+    act = """
+    viewer.change({"light.0.altitude_deg": 3.0})
+    until(Path("uniform-recovered.toml").is_file)
+    print("kept", flush=True)
+    os.kill(int(os.environ["SCREEN"]), 15)
+    until(lambda: False)
+    """
+    with virtual_screen(900, 700) as name:
+        result = acted(name, tmp_path, act, SCREEN=str(PROCESSES[name]))
+    assert result.stdout == "kept\n"
+    assert result.returncode != 0
+    assert load_scene(tmp_path / "uniform-recovered.toml").light[0].altitude_deg == 3.0
+
+
+def test_what_is_being_saved_is_saved_before_the_end(screen, tmp_path):
+    result = acted(screen, tmp_path, 'viewer.save_frame(("a.exr", "a.png"))')
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == "saving a.exr, a.png; Ctrl-C gives it up\nsaved a.exr, a.png\n"
+    assert (tmp_path / "a.exr").is_file()
+    assert (tmp_path / "a.png").is_file()
+    result = acted(screen, tmp_path, 'viewer.save_frame(("no/a.exr",))')
+    assert result.returncode == 2, result.stderr
+    assert "mkdir -p" in result.stderr

@@ -20,7 +20,7 @@ _KEYS = (
     ("Ctrl+E", "save a frame"),
     ("Ctrl+C", "copy the command"),
     ("F1, F11", "these keys, full screen"),
-    ("Esc", "quit"),
+    ("Esc", "close what is open, then quit"),
 )
 
 

@@ -140,9 +140,10 @@ class Hud:
         self._mark = _Mark(direction, scene, number)
         self._plotted = 0
 
-    def unmark(self) -> None:
-        """Forget the chosen point."""
-        self._mark = None
+    def unmark(self) -> bool:
+        """Forget the chosen point; give whether there was one."""
+        marked, self._mark = self._mark is not None, None
+        return marked
 
     def draw(self, host: Host, area: Area) -> None:
         """Draw all that is on."""

@@ -32,7 +32,7 @@ class ImguiRenderer:
 
     def __init__(self, gl: GlContext) -> None:
         self._ctx = gl.ctx
-        self._program = compile_program(gl.ctx, "imgui.vert", "imgui.frag", {})
+        self._program = _compiled(gl.ctx)
         self._textures: dict[int, moderngl.Texture] = {}
         self._vertices = self._indices = 0
         self._grow(_START_BYTES, _START_BYTES)
@@ -50,10 +50,23 @@ class ImguiRenderer:
         self._indices = max(self._indices, 2 * index_bytes)
         self._vertex_buffer = self._ctx.buffer(reserve=self._vertices, dynamic=True)
         self._index_buffer = self._ctx.buffer(reserve=self._indices, dynamic=True)
+        self._connect()
+
+    def _connect(self) -> None:
+        """Bind the buffers to the program."""
         content = [(self._vertex_buffer, _LAYOUT, "place", "texel", "tint")]
         self._array = self._ctx.vertex_array(
             self._program, content, self._index_buffer, _INDEX_BYTES
         )
+
+    def recompile(self) -> None:
+        """Make the program anew, its shaders having changed.
+
+        Raises:
+            RtbowError: a shader does not compile; the program stays as it was.
+        """
+        self._program = _compiled(self._ctx)
+        self._connect()
 
     def add_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
         """Take a texture that ImGui shall show; it stays until :meth:`drop_texture`."""
@@ -154,6 +167,10 @@ class ImguiRenderer:
                 self._textures.pop(wanted.tex_id, None)
                 wanted.set_tex_id(0)
                 wanted.set_status(status.destroyed)
+
+
+def _compiled(ctx: moderngl.Context) -> moderngl.Program:
+    return compile_program(ctx, "imgui.vert", "imgui.frag", {})
 
 
 def _memory(address: int, size: int) -> ctypes.Array[ctypes.c_char]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from rtbow.scene import Scene
-
 _PERIOD_S = 0.25
 
 
@@ -20,9 +18,17 @@ class Watch:
         self._groups: dict[str, dict[Path, tuple[float, int]]] = {}
         self._due_s = 0.0
 
-    def follow(self, group: str, paths: Iterable[Path]) -> None:
-        """Watch files under a name, from how they are now; in place of the group's before."""
-        self._groups[group] = {path: _stamp(path) for path in paths}
+    def follow(self, group: str, paths: Iterable[Path], *, anew: bool = False) -> None:
+        """Watch files under a name, in place of the group's before.
+
+        Args:
+            group: the name.
+            paths: of the files.
+            anew: from how they are now; else those of the group that were watched stay as they
+                were seen last, and what has changed since is still found.
+        """
+        known = {} if anew else self._groups.get(group, {})
+        self._groups[group] = {path: known.get(path) or _stamp(path) for path in paths}
 
     def changed(self, now_s: float) -> set[str]:
         """Name the groups of which a file has changed since."""
@@ -49,9 +55,3 @@ def _stamp(path: Path) -> tuple[float, int]:
     except OSError:
         return _GONE
     return status.st_mtime_ns * 1e-9, status.st_size
-
-
-def files_of(scene: Scene) -> list[Path]:
-    """List the files that a scene names: its volume and its spectra."""
-    named = [scene.droplets.file, *(light.spectrum for light in scene.light)]
-    return [Path(name) for name in named if name and name.lower().endswith((".npz", ".csv"))]
