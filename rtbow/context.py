@@ -9,7 +9,7 @@ them.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -189,12 +189,14 @@ def probe_backends() -> list[BackendReport]:
 
 
 def _open(backend: str, *, robust: bool = False) -> GlContext:
-    opener = {
-        "egl": open_egl, "window": partial(open_window, robust=robust), "osmesa": open_osmesa,
-    }[backend]  # fmt: skip
+    openers: dict[str, Callable[[], tuple[Driver, moderngl.Context]]] = {
+        "egl": open_egl,
+        "window": partial(open_window, robust=robust),
+        "osmesa": open_osmesa,
+    }
     # Nothing else may be current meanwhile: a new context is made current by its maker.
     with _switched_to(None):
-        driver, ctx = opener()
+        driver, ctx = openers[backend]()
         try:
             ctx.gc_mode = "context_gc"  # "auto" would delete names in whatever context is current
             gl = GlContext(backend, ctx, driver)
