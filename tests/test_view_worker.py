@@ -131,6 +131,31 @@ def test_a_newer_frame_ends_one_that_takes_minutes(worker):
     assert not worker.busy
 
 
+def test_a_process_that_looks_at_nothing_is_replaced(worker, monkeypatch):
+    draw(worker, uniform(16, 9))
+    assert not worker.revive()
+    stuck = worker.process_id
+    os.kill(stuck, signal.SIGSTOP)  # as in a loop of the C library
+    monkeypatch.setattr(worker, "_stuck_s", 0.3)
+    newest = uniform(32, 18)
+    worker.send(DrawFrame(worker.next_number(), uniform(24, 12), "auto"))
+    worker.send(DrawFrame(worker.next_number(), newest, "auto"))
+    assert not worker.revive()
+    time.sleep(0.4)
+    begun = time.monotonic()
+    assert worker.revive()
+    assert time.monotonic() - begun < 1.0
+    assert not worker.revive()
+    (frame,) = answers(worker)
+    assert frame.scene == newest
+    assert worker.process_id != stuck
+    assert not worker.busy
+    end = time.monotonic() + 20.0
+    while alive(stuck) and time.monotonic() < end:
+        time.sleep(0.1)
+    assert not alive(stuck)
+
+
 def test_preparing_for_moves_tells_of_a_mistake_of_ours_and_goes_on():
     ours, theirs = Pipe()
     server = _Server(theirs, "auto")

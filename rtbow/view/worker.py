@@ -18,6 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from multiprocessing.shared_memory import SharedMemory
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Literal
@@ -40,6 +41,8 @@ _LEAST_BYTES = 1 << 16
 """Of a frame's memory."""
 _LAST_WORDS_S = 2.0
 """In which a process may end by itself."""
+_STUCK_S = (5.0, 60.0)
+"""How long a frame may wait for what the process is at, at first and at most."""
 _REST_S = 0.3
 """Without requests, after which the renderer prepares for moves."""
 _GAP_S = 0.05
@@ -161,6 +164,13 @@ class _Placed:
     size_px: tuple[int, int]
 
 
+@dataclass(frozen=True)
+class _Begun:
+    """A frame is being drawn now."""
+
+    number: int
+
+
 class SupersededError(Exception):
     """A newer frame was asked for while one was being drawn."""
 
@@ -186,11 +196,15 @@ class Worker:
         self._number = 0
         self._memories: dict[int, SharedMemory] = {}
         self.pending: set[int] = set()
+        self._frame: DrawFrame | None = None
+        self._stuck_s = _STUCK_S[0]
         self._start()
         # Python waits for processes when it ends, and this one for its pipe.
         atexit.register(self.close)
 
     def _start(self) -> None:
+        self._has_begun = False
+        self._waits_since_s: float | None = None
         context = get_context("spawn")
         self._pipe, theirs = context.Pipe()
         # No daemon: those may not have processes of their own, which build Lorenz-Mie tables.
@@ -221,6 +235,10 @@ class Worker:
             self._start()
         if not isinstance(request, Reload):
             self.pending.add(request.number)
+        if isinstance(request, DrawFrame):
+            self._frame = request
+            if self._has_begun and self._waits_since_s is None:
+                self._waits_since_s = time.monotonic()
         # If the process has gone, replies() tells.
         with suppress(BrokenPipeError, ConnectionError):
             self._pipe.send(request)
@@ -231,11 +249,17 @@ class Worker:
         try:
             while not self._pipe.closed and self._pipe.poll():
                 reply = self._pipe.recv()
+                if isinstance(reply, _Begun):
+                    self._has_begun = True
+                    newest = self._frame is None or self._frame.number <= reply.number
+                    self._waits_since_s = None if newest else time.monotonic()
+                    continue
                 if not isinstance(reply, Progressed):
                     # Frames before it were superseded.
                     number = reply.frame.number if isinstance(reply, _Placed) else reply.number
                     self.pending = {n for n in self.pending if n > number}
                 if isinstance(reply, _Placed):
+                    self._stuck_s = _STUCK_S[0]
                     try:
                         reply = self._placed(reply)
                     except FileNotFoundError:
@@ -247,6 +271,23 @@ class Worker:
             message = "the renderer's process ended; the next change starts it again"
             found += [Failed(number, "defect", message) for number in lost]
         return found
+
+    def revive(self) -> bool:
+        """Start the process anew if the last frame has waited for long; give whether it had to.
+
+        Not all that takes minutes looks at requests meanwhile. Each process that is given up leaves
+        the next one twice the time, until a frame is drawn.
+        """
+        since, frame = self._waits_since_s, self._frame
+        if since is None or frame is None or time.monotonic() - since < self._stuck_s:
+            return False
+        self._stuck_s = min(2.0 * self._stuck_s, _STUCK_S[1])
+        self._let_go()
+        # The window must not wait for its end.
+        threading.Thread(target=_see_off, args=(self._process,)).start()
+        self._start()
+        self.send(frame)
+        return True
 
     def wait(self, seconds: float) -> bool:
         """Wait for a reply, and tell whether one came."""
@@ -264,17 +305,15 @@ class Worker:
         return replace(reply.frame, rgb=rgb)
 
     def _end(self) -> None:
+        self._let_go()
+        _see_off(self._process)
+
+    def _let_go(self) -> None:
         self.pending.clear()
         self._pipe.close()
         for memory in self._memories.values():
             memory.close()
         self._memories.clear()
-        # It ends by itself when it next looks at the pipe, and releases the memory.
-        self._process.join(_LAST_WORDS_S)
-        for stop in (self._process.terminate, self._process.kill):
-            if self._process.is_alive():
-                stop()
-                self._process.join(_LAST_WORDS_S)
 
     def close(self) -> None:
         """End the process; a second call does nothing."""
@@ -287,6 +326,16 @@ class Worker:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _see_off(process: BaseProcess) -> None:
+    """Wait for the end of a process whose pipe is closed, and see to it."""
+    # It ends by itself, and releases the memory.
+    process.join(2.0 * _LAST_WORDS_S)
+    for stop in (process.terminate, process.kill):
+        if process.is_alive():
+            stop()
+            process.join(_LAST_WORDS_S)
 
 
 @dataclass
@@ -415,6 +464,7 @@ class _Server:
     def _draw(self, request: DrawFrame) -> None:
         from rtbow.display import auto_exposure_ev
 
+        self._pipe.send(_Begun(request.number))
         begun = time.perf_counter()
         renderer = self._shown(request.scene)
         rgb = renderer.render(
