@@ -314,6 +314,8 @@ class Viewer:
         for reply in self._worker.replies():
             self._linger = _LINGER
             self._take(reply, now)
+        if self._worker.revive():
+            self._show_progress("frame", None)
         for reply in self._analyst.replies() if self._analyst is not None else ():
             self._linger = _LINGER
             self._take_other(reply)
@@ -739,7 +741,7 @@ class Viewer:
 
     def panel_units(self) -> float:
         """Width of the panel, in screen coordinates."""
-        width = glfw.get_window_size(self.window.handle)[0]
+        width = self.window.size[0]
         wanted = PANEL_WIDTH * self.window.content_scale
         return min(wanted, 0.6 * width) if self.state.panel_open else 0.0
 

@@ -32,6 +32,11 @@ class Window:
 
     Raises:
         UnavailableError: there is no display, or no OpenGL 3.3.
+
+    Attributes:
+        handle: GLFW's; None once the window is closed.
+        size: width and height in screen coordinates, when events were last taken.
+        size_px: those of the framebuffer.
     """
 
     def __init__(self, title: str, size: tuple[int, int]) -> None:
@@ -54,6 +59,7 @@ class Window:
             self._screen = self.gl.ctx.detect_framebuffer(0)
             self._reset_status = self._reset_query()
         self._title = title
+        self._measure()
 
     def _reset_query(self) -> Callable[[], int]:
         """Give GL's function that tells whether the device was reset; 0 is that it was not."""
@@ -64,6 +70,14 @@ class Window:
                 if isinstance(address, int) and address:
                     return ctypes.CFUNCTYPE(ctypes.c_uint)(address)
         return lambda: 0
+
+    def _measure(self) -> None:
+        """Ask for sizes, once for each time that events are taken: the X server's answer may take
+        milliseconds."""
+        self.size: tuple[int, int] = glfw.get_window_size(self.handle)
+        self.size_px: tuple[int, int] = glfw.get_framebuffer_size(self.handle)
+        self._iconified = bool(glfw.get_window_attrib(self.handle, glfw.ICONIFIED))
+        self._scale = float(glfw.get_window_content_scale(self.handle)[0])
 
     def _screen_area(self) -> tuple[int, int, int, int]:
         """Left, top, width and height of what the screen has free."""
@@ -81,25 +95,17 @@ class Window:
     @property
     def visible(self) -> bool:
         """Whether there is anything to draw into: it is neither minimised nor of no size."""
-        return min(self.size_px) > 0 and not glfw.get_window_attrib(self.handle, glfw.ICONIFIED)
-
-    @property
-    def size_px(self) -> tuple[int, int]:
-        """Width and height of the framebuffer."""
-        width, height = glfw.get_framebuffer_size(self.handle)
-        return width, height
+        return min(self.size_px) > 0 and not self._iconified
 
     @property
     def pixels_per_unit(self) -> float:
         """Framebuffer pixels per screen coordinate: 2 on some dense displays."""
-        width = glfw.get_window_size(self.handle)[0]
-        return self.size_px[0] / width if width else 1.0
+        return self.size_px[0] / self.size[0] if self.size[0] else 1.0
 
     @property
     def content_scale(self) -> float:
         """How much larger than on an ordinary screen letters have to be, in screen coordinates."""
-        scale = glfw.get_window_content_scale(self.handle)[0]
-        return max(float(scale) / self.pixels_per_unit, 0.5)
+        return max(self._scale / self.pixels_per_unit, 0.5)
 
     @property
     def cursor(self) -> tuple[float, float]:
@@ -117,6 +123,7 @@ class Window:
             glfw.wait_events_timeout(seconds)
         else:
             glfw.poll_events()
+        self._measure()
 
     def toggle_full_screen(self) -> None:
         """Fill the screen, or go back to the size before."""
