@@ -71,7 +71,18 @@ def scene_text(scene: Scene, folder: Path | None = None) -> str:
     values = values_of(scene)
     if folder is not None:
         _relative_paths(values, folder.resolve())
-    return tomli_w.dumps(values)
+    return _on_one_line(tomli_w.dumps(values))
+
+
+_NUMBERS = re.compile(r"\[\n([^\[\]\"'{}=]*?),?\n *\]")
+_LISTS = re.compile(r"\[\n((?: *\[[^\[\]\n\"'{}=]*\],?\n)+) *\]")
+
+
+def _on_one_line(text: str) -> str:
+    """Put lists of numbers, and lists of these, on one line each, as people write them."""
+    for pattern in (_NUMBERS, _LISTS):
+        text = pattern.sub(lambda found: f"[{' '.join(found[1].split()).rstrip(',')}]", text)
+    return text
 
 
 def differences(origin: Scene, scene: Scene) -> dict[str, Any]:

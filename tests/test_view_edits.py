@@ -310,3 +310,26 @@ def test_after_any_changes_the_command_makes_the_same_scene(name, rng, monkeypat
                 edits.undo()
             assert rerun(edits.command()) == edits.scene
     assert made > 100
+
+
+def test_a_file_that_somebody_else_has_changed_is_not_replaced(tmp_path: Path):
+    path = tmp_path / "mine.toml"
+    path.write_text("# mine\n" + scene_text(load_scene("uniform")))
+    edits = Edits(Opened(load_scene(path), str(path)))
+    edits.change({"camera.fov_deg": 50.0})
+    edits.save(path)
+    edits.change({"camera.fov_deg": 51.0})
+    edits.save(path)
+    path.write_text(path.read_text() + "# a note\n")
+    edits.change({"camera.fov_deg": 52.0})
+    with pytest.raises(InputError, match="changed by somebody else"):
+        edits.save(path)
+    assert path.read_text().endswith("# a note\n")
+    edits.open(Opened(load_scene(path), str(path)))
+    edits.change({"camera.fov_deg": 53.0})
+    edits.save(path)
+    path.write_text("broken")
+    with pytest.raises(InputError, match="changed by somebody else"):
+        edits.save(path)
+    edits.save(path, replace=True)
+    assert load_scene(path).camera.fov_deg == 53.0

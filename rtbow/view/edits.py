@@ -56,7 +56,7 @@ class Edits:
         self._past: list[tuple[Opened, Scene]] = []
         self._future: list[tuple[Opened, Scene]] = []
         self._gesture: object = None
-        self._own: set[str] = set()
+        self._own: dict[str, bytes | None] = {}
         self._know(opened.file)
 
     def open(self, opened: Opened) -> None:
@@ -135,7 +135,7 @@ class Edits:
 
     def _know(self, file: Path | None) -> None:
         if file is not None:
-            self._own.add(os.path.realpath(file))
+            self._own[os.path.realpath(file)] = _content(file)
 
     def _now_from(self, opened: Opened) -> None:
         """Say where the scene comes from now, and all its changes that can be undone."""
@@ -144,8 +144,14 @@ class Edits:
             steps[:] = [(opened if one is before else one, scene) for one, scene in steps]
 
     def replaces(self, path: Path) -> bool:
-        """Whether saving there would replace a file that was neither opened nor saved here."""
-        return os.path.lexists(path) and os.path.realpath(path) not in self._own
+        """Whether saving there would replace what was neither opened nor saved here.
+
+        That is another file, or the scene's own if somebody has changed it since.
+        """
+        if not os.path.lexists(path):
+            return False
+        own = self._own.get(os.path.realpath(path))
+        return own is None or own != _content(path)
 
     def save(self, path: Path, *, replace: bool = False) -> None:
         """Write the scene as TOML, which loads to the same picture.
@@ -164,10 +170,13 @@ class Edits:
         if path.suffix.lower() != ".toml":
             raise InputError(f"{path}: is not a scene file; write a name that ends with .toml")
         if self.replaces(path) and not replace:
-            raise InputError(
-                f"{path}: there is such a file, which was not opened here; choose another name, or"
-                " replace it"
+            ours = os.path.realpath(path) in self._own
+            what = (
+                "has been changed by somebody else since it was read here"
+                if ours
+                else "there is such a file, which was not opened here"
             )
+            raise InputError(f"{path}: {what}; choose another name, or replace it")
         title = _first_comments(self.opened.file)
         text = scene_text(self.scene, path.absolute().parent)
         write_atomic(path, (title + text).encode())
@@ -191,6 +200,14 @@ class Edits:
         for change in differences(file, self.scene).items():
             words += ["--set", typed_override(*change)]
         return shlex.join([*words, *options])
+
+
+def _content(file: Path) -> bytes | None:
+    """Give what a file holds; None if it cannot be read."""
+    try:
+        return file.read_bytes()
+    except OSError:
+        return None
 
 
 def _first_comments(file: Path | None) -> str:
