@@ -49,13 +49,10 @@ def take(path: Path, name: str, screen: str, act: Callable[[Viewer, Any], None])
 
 
 def _settle(viewer: Viewer) -> None:
-    end = time.monotonic() + _PATIENCE_S
-    rest = time.monotonic() + 1.0
-    while time.monotonic() < end and (not viewer.settled or time.monotonic() < rest):
-        viewer.wake()
+    viewer.wake()
+    rest, end = time.monotonic() + 1.0, time.monotonic() + _PATIENCE_S
+    while time.monotonic() < end and not (viewer.settled and time.monotonic() > rest):
         viewer.step()
-        if viewer.painted % 8 == 0 and viewer.settled and time.monotonic() > rest:
-            break
 
 
 def _point(viewer: Viewer, hands: Any, x: float, y: float, button: int = 0) -> None:
