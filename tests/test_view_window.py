@@ -401,7 +401,7 @@ def test_every_slider_in_sight_moves_with_the_mouse(live):
             if inner.kind == "number"
         }
         tried = 0
-        for path, rect in list(viewer.panel.ui.seen.items()):
+        for path in list(viewer.panel.ui.seen):
             if path not in numbers and not path.startswith("light.0."):
                 continue
             values = viewer.edits.scene.model_dump()
@@ -410,7 +410,9 @@ def test_every_slider_in_sight_moves_with_the_mouse(live):
                 at = at[int(part)] if part.isdigit() else at.get(part)
             if not isinstance(at, float):
                 continue
-            left, top, right, bottom = rect
+            live.settle()  # a bar of progress above moves all down
+            live.steps(2)
+            left, top, right, bottom = viewer.panel.ui.seen[path]
             y = 0.5 * (top + bottom)
             middle = 0.5 * (left + right)
             live.drag((middle, y), (left + 0.8 * (right - left), y))
@@ -479,16 +481,25 @@ def test_escape_closes_what_is_open_and_only_then_the_window(live):
 
 
 def test_a_change_never_stops_the_window(live):
-    """Steps of the loop while tables are built anew elsewhere; 1 s would be a frozen window."""
+    """Steps of the loop while tables are built anew elsewhere; seconds would be a frozen window."""
+    local = {"distribution": "normal", "mean_um": 310.0, "std_um": 40.0, "mixing": "local"}
+    changes: list[dict[str, object]] = [
+        {"droplets.radius.radius_um": 100.0}, {"droplets.radius.radius_um": 470.0},
+        {"scattering.theory": "mie"}, {"scattering.theory": "airy", "light.0.spectrum": "FL2"},
+        {"droplets.radius": local},
+    ]  # fmt: skip
+    live.viewer.state.overlays.add("false")
     slowest = 0.0
-    for radius in (100.0, 220.0, 470.0):
-        live.viewer.change({"droplets.radius.radius_um": radius})
+    for change in changes:
+        begun = time.perf_counter()
+        assert live.viewer.change(change) == ""
+        end = time.monotonic() + PATIENCE_S
         while not live.viewer.settled:
-            begun = time.perf_counter()
+            assert time.monotonic() < end, change
             live.viewer.step()
-            slowest = max(slowest, time.perf_counter() - begun)
-    assert live.viewer.state.frame.scene.droplets.radius.radius_um == 470.0
-    assert slowest < 1.0
+            slowest, begun = max(slowest, time.perf_counter() - begun), time.perf_counter()
+    assert live.viewer.state.frame.scene.droplets.radius.distribution == "normal"
+    assert slowest < 2.0  # a tenth, on a machine that does nothing else
 
 
 # --- Keeping ------------------------------------------------------------------------------------

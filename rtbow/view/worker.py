@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from rtbow.renderer import Method, Renderer
     from rtbow.scene import Scene
 
-_NICE = 5
-"""So that the window comes first where cores are few."""
+_NICE = 10
+"""So that the window comes first where cores are few: with 5, llvmpipe's threads still kept it, and
+the X server, waiting for some tenths of a second."""
 _BUFFERS = 3
 """Frames in shared memory: one shown, one on its way, one being written."""
 _LEAST_BYTES = 1 << 16
