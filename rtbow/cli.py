@@ -433,7 +433,20 @@ def main() -> None:
             err=True,
         )
         sys.exit(InputError.exit_code)
+    except SystemError as error:
+        # Ctrl-C within compiled code: Numba's call "returned a result with an exception set".
+        if not _comes_from(error, KeyboardInterrupt):
+            raise
+        click.echo("interrupted; nothing was left half written", err=True)
+        sys.exit(INTERRUPTED)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _comes_from(error: BaseException | None, kind: type[BaseException]) -> bool:
+    """Whether an error, or what it was raised from, is of a kind."""
+    while error is not None and not isinstance(error, kind):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 if __name__ == "__main__":

@@ -1012,3 +1012,26 @@ def test_wrong_exports(call, tmp_path, args, words):
 def test_wrong_builds(call, tmp_path, args, words):
     assert_refused(call("table", "build", *args), words)
     assert contents(tmp_path) == {}
+
+
+def test_ctrl_c_within_compiled_code(monkeypatch, capsys):
+    def call(**_):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise SystemError("returned a result with an exception set") from error
+
+    monkeypatch.setattr(rtbow.cli.rtbow, "main", call)
+    with pytest.raises(SystemExit) as stop:
+        rtbow.cli.main()
+    assert stop.value.code == 130
+    assert capsys.readouterr().err == "interrupted; nothing was left half written\n"
+
+
+def test_other_system_errors_are_defects(monkeypatch):
+    def call(**_):
+        raise SystemError("something else")
+
+    monkeypatch.setattr(rtbow.cli.rtbow, "main", call)
+    with pytest.raises(SystemError):
+        rtbow.cli.main()
