@@ -526,8 +526,10 @@ def test_ctrl_c_and_again(tmp_path):
     command = [sys.executable, "-m", "rtbow", *args]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
-        command, cwd=tmp_path, env=environment, text=True, stderr=subprocess.PIPE
-    ) as process:
+        command, cwd=tmp_path, env=environment, text=True, stderr=subprocess.PIPE,
+        # Whoever runs the tests in the background of a shell has Ctrl-C ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    ) as process:  # fmt: skip
         try:
             while not (tmp_path / "004.exr").exists():
                 assert process.poll() is None
