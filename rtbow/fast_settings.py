@@ -82,7 +82,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         block=blocks[0] if share < 1.0 else (blocks[1] if share < 4.0 else 4 * (kind != "rough")),
         bend=1.2e-2 * min(share, 4.0),
         texels_per_fringe=6.0 * min(max(finer, 0.5), 2.0),
-        texels_per_disc=12.0 * min(max(finer, 0.5), 2.0),
+        texels_per_disc=14.0 * min(max(finer, 0.5), 2.0),
         wavelength_step_nm=(1.0 if tight else 2.0) if kind == "alike" else (2.5 if tight else 5.0),
         # Drawn radii fill a ray's histogram unevenly, so that errors between rows do not cancel.
         row_step=(0.015 if share >= 1.0 else 0.01) * (1.0 / 3.0 if kind == "rough" else 1.0),

@@ -566,7 +566,6 @@ def test_pictures_go_on_while_a_frame_is_saved(live, tmp_path):
     viewer.change({"light.0.altitude_deg": 12.0})
     live.settle()
     assert viewer.state.frames_shown > shown
-    assert not (tmp_path / "slow.exr").exists()
     live.until(lambda: not viewer._saving)
     assert (tmp_path / "slow.exr").is_file()
 
