@@ -28,12 +28,12 @@ from rtbow.scene_values import changed_scene, scene_text, values_of
 from rtbow.sun_position import sun_position
 from rtbow.view import kinds, look
 from rtbow.view.gallery import thumbnail_path
+from rtbow.view.messages import FrameDrawn
 from rtbow.view.proposals import merged, shortened, split_path, value_at
 from rtbow.view.rows import Row, Slide, label_of, rows_of, shown_number
 from rtbow.view.state import OVERLAYS, Notice, ViewState
 from rtbow.view.status import error_text
 from rtbow.view.widgets import spectrum_groups
-from rtbow.view.worker import FrameDrawn
 
 DISTRIBUTIONS = (
     "constant", "uniform", "normal", "lognormal", "gamma", "modified-gamma", "marshall-palmer",

@@ -28,11 +28,11 @@ from rtbow.errors import UnavailableError
 from rtbow.scene_file import load_scene
 from rtbow.view.app import Viewer
 from rtbow.view.edits import Opened
+from rtbow.view.messages import Failed
 from rtbow.view.navigate import antisolar
 from rtbow.view.pace import Order
 from rtbow.view.projection import View
 from rtbow.view.rows import rows_of
-from rtbow.view.worker import Failed
 
 SIZE = (320, 180)
 SCREEN = (900, 2600)

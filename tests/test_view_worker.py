@@ -20,7 +20,7 @@ from rtbow.cache import FOLDER_VARIABLE, keep_arrays, kept_arrays
 from rtbow.mie_build import kept_table, parts
 from rtbow.mie_table import node_range, standard_axes
 from rtbow.scene_file import load_scene
-from rtbow.view.worker import (
+from rtbow.view.messages import (
     DrawFrame,
     Failed,
     FrameDrawn,
@@ -28,9 +28,9 @@ from rtbow.view.worker import (
     Reload,
     Reply,
     TakeSpectrum,
-    Worker,
-    _Server,
 )
+from rtbow.view.server import Server
+from rtbow.view.worker import Worker
 
 PATIENCE_S = 120.0
 
@@ -158,7 +158,7 @@ def test_a_process_that_looks_at_nothing_is_replaced(worker, monkeypatch):
 
 def test_preparing_for_moves_tells_of_a_mistake_of_ours_and_goes_on():
     ours, theirs = Pipe()
-    server = _Server(theirs, "auto")
+    server = Server(theirs, "auto")
 
     def broken() -> None:
         raise ZeroDivisionError("half a table")
@@ -175,7 +175,7 @@ def test_preparing_for_moves_tells_of_a_mistake_of_ours_and_goes_on():
 
 def test_a_spectrum_that_waits_gives_way_to_a_newer_one():
     _, theirs = Pipe()
-    server = _Server(theirs, "auto")
+    server = Server(theirs, "auto")
     scene = uniform(16, 9)
     for number in (1, 2, 3):
         server._take(TakeSpectrum(number, scene, (0.0, 1.0, 0.0)))
@@ -188,7 +188,8 @@ def test_a_spectrum_that_waits_gives_way_to_a_newer_one():
 ENDING = """
     import os, signal, sys, time
     from rtbow.scene_file import load_scene
-    from rtbow.view.worker import DrawFrame, Worker
+    from rtbow.view.messages import DrawFrame
+    from rtbow.view.worker import Worker
 
     def main():
         worker = Worker()

@@ -29,16 +29,7 @@ from rtbow.view.edits import Edits, Opened
 from rtbow.view.hud import Hud
 from rtbow.view.imgui_input import WindowInput
 from rtbow.view.imgui_render import ImguiRenderer
-from rtbow.view.names import free_name
-from rtbow.view.pace import Order, Pace
-from rtbow.view.panel import Panel, draw_help
-from rtbow.view.picture import Picture, Rect
-from rtbow.view.projection import View
-from rtbow.view.recovery import KEEP_AFTER_S, Recovered, Recovery
-from rtbow.view.state import OVERLAYS, Notice, Severity, ViewState
-from rtbow.view.watch import Watch
-from rtbow.view.window import Window
-from rtbow.view.worker import (
+from rtbow.view.messages import (
     DrawFrame,
     Failed,
     FrameDrawn,
@@ -49,8 +40,17 @@ from rtbow.view.worker import (
     SaveFrame,
     SpectrumTaken,
     TakeSpectrum,
-    Worker,
 )
+from rtbow.view.names import free_name
+from rtbow.view.pace import Order, Pace
+from rtbow.view.panel import Panel, draw_help
+from rtbow.view.picture import Picture, Rect
+from rtbow.view.projection import View
+from rtbow.view.recovery import KEEP_AFTER_S, Recovered, Recovery
+from rtbow.view.state import OVERLAYS, Notice, Severity, ViewState
+from rtbow.view.watch import Watch
+from rtbow.view.window import Window
+from rtbow.view.worker import Worker
 
 if TYPE_CHECKING:
     from rtbow.context import Backend

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 if TYPE_CHECKING:
     from rtbow.arrays import Array
     from rtbow.renderer import Method
-    from rtbow.view.worker import FrameDrawn
+    from rtbow.view.messages import FrameDrawn
 
 Side = Literal["left", "right"]
 Severity = Literal["info", "error"]

@@ -1,0 +1,132 @@
+"""What the window and the process that renders for it say to each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from rtbow.arrays import Array, Float32
+
+if TYPE_CHECKING:
+    from rtbow.renderer import Method
+    from rtbow.scene import Scene
+
+
+@dataclass(frozen=True)
+class DrawFrame:
+    """Draw a frame to look at; of several that wait the last alone is drawn."""
+
+    number: int
+    scene: Scene
+    method: Method
+
+
+@dataclass(frozen=True)
+class SaveFrame:
+    """Render a frame and write it to files."""
+
+    number: int
+    scene: Scene
+    method: Method
+    paths: tuple[str, ...]
+    exposure_ev: float | None
+    command: str
+
+
+@dataclass(frozen=True)
+class TakeSpectrum:
+    """Compute the spectral radiance along one direction by the reference; the last that waits."""
+
+    number: int
+    scene: Scene
+    direction: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Reload:
+    """Forget programs and tables: shaders or files have changed. It has no reply."""
+
+    number: int
+
+
+Request = DrawFrame | SaveFrame | TakeSpectrum | Reload
+
+
+@dataclass(frozen=True)
+class FrameDrawn:
+    """A frame is done.
+
+    Attributes:
+        number: of its request.
+        scene: what it shows.
+        rgb: linear Rec. 709 in cd/m², float32 (h, w, 3), first row on top.
+        seconds: that it took, with all rebuilding.
+        exposure_ev: automatic exposure.
+        method: that drew it.
+        unsuited: why ``auto`` did not take ``fast``; empty where it did.
+        renderer: the device.
+    """
+
+    number: int
+    scene: Scene
+    rgb: Float32
+    seconds: float
+    exposure_ev: float
+    method: str
+    unsuited: str
+    renderer: str
+
+
+@dataclass(frozen=True)
+class FrameSaved:
+    """Files are written."""
+
+    number: int
+    paths: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class SpectrumTaken:
+    """Spectral radiance (W), W/(m² sr nm), at wavelengths (W), nm."""
+
+    number: int
+    wavelength_nm: Array
+    radiance: Array
+
+
+@dataclass(frozen=True)
+class Progressed:
+    """How far a request is, 0 to 1, and what is being done."""
+
+    number: int
+    share: float
+    what: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A request could not be done; ``kind`` says whose fault that is. Number 0 is of no request."""
+
+    number: int
+    kind: Literal["input", "machine", "defect"]
+    message: str
+
+
+Reply = FrameDrawn | FrameSaved | SpectrumTaken | Progressed | Failed
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A frame in shared memory, as it travels; its slot holds no other memory any more."""
+
+    frame: FrameDrawn
+    slot: int
+    memory: str
+    size_px: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A frame is being drawn now."""
+
+    number: int
