@@ -1,15 +1,19 @@
-"""Fixtures for every test: OpenGL contexts, a seeded generator, and the images of a failure."""
+"""Fixtures for every test: contexts, a seeded generator, the command line, images of a failure."""
 
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Result
 from numpy.typing import ArrayLike
 
+import rtbow.cli
+import rtbow.renderer
 from rtbow.context import Backend, GlContext, open_context
 
 GL_BACKENDS: tuple[Backend, ...] = ("osmesa", "egl")
@@ -48,6 +52,34 @@ def gl(
 def rng() -> np.random.Generator:
     """A generator that gives every test the same numbers in every run."""
     return np.random.default_rng(20240607)
+
+
+@pytest.fixture
+def call(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Callable[..., Result]:
+    """Run the command line in this process and in an empty folder: quick."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*args: str) -> Result:
+        monkeypatch.setattr(sys, "argv", ["rtbow", *args])
+        with pytest.raises(SystemExit) as stop:
+            rtbow.cli.main()
+        out, err = capsys.readouterr()
+        assert isinstance(stop.value.code, int)
+        return Result(stop.value.code, out, err)
+
+    return run
+
+
+@pytest.fixture
+def no_rendering(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What draws nothing opens no device either."""
+
+    def fail(*_: object) -> None:
+        raise AssertionError("opened a renderer")
+
+    monkeypatch.setattr(rtbow.renderer.Renderer, "__init__", fail)
 
 
 @pytest.fixture

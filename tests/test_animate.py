@@ -5,18 +5,15 @@ from __future__ import annotations
 import os
 import shlex
 import signal
-import subprocess
-import sys
-from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
 import av
 import numpy as np
 import pytest
+from command_line import SMALL, Result, assert_refused, execute, names, spawn
 
 import rtbow.animate
-import rtbow.cli
 import rtbow.fast
 import rtbow.image
 import rtbow.renderer
@@ -28,33 +25,7 @@ from rtbow.image import png_texts, read_exr, read_png, write_png
 from rtbow.scene_file import load_scene
 from rtbow.sun_position import sun_path
 
-ROOT = Path(__file__).parent.parent
-SMALL = ("--size", "32x18")
 RISE = ("--key", "light.0.altitude_deg=2:40")
-
-
-@dataclass(frozen=True)
-class Result:
-    """How a run ended."""
-
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def call(monkeypatch, capsys, tmp_path):
-    """Run the command line in this process and in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*args: str) -> Result:
-        monkeypatch.setattr(sys, "argv", ["rtbow", *args])
-        with pytest.raises(SystemExit) as stop:
-            rtbow.cli.main()
-        out, err = capsys.readouterr()
-        return Result(stop.value.code, out, err)
-
-    return run
 
 
 @pytest.fixture
@@ -69,10 +40,6 @@ def drawn(monkeypatch):
 
     monkeypatch.setattr(rtbow.renderer.Renderer, "render", render)
     return altitudes
-
-
-def names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
 
 
 def film_pictures(path: Path) -> list[np.ndarray]:
@@ -221,16 +188,9 @@ NOTHING_DRAWN = [
 
 
 @pytest.mark.parametrize(("args", "words"), [(args, words) for args, *words in NOTHING_DRAWN])
-def test_what_is_refused_before_anything_is_drawn(call, tmp_path, monkeypatch, args, words):
-    def fail(*_):
-        raise AssertionError("rendered in spite of wrong input")
-
-    monkeypatch.setattr(rtbow.renderer.Renderer, "__init__", fail)
-    result = call("animate", "uniform", "--frames", "3", "-o", "x%d.exr", *args)
-    assert (result.code, result.out) == (2, "")
-    assert result.err.count("\n") == 1, result.err
-    for word in words:
-        assert word in result.err
+@pytest.mark.usefixtures("no_rendering")
+def test_what_is_refused_before_anything_is_drawn(call, tmp_path, args, words):
+    assert_refused(call("animate", "uniform", "--frames", "3", "-o", "x%d.exr", *args), *words)
     assert names(tmp_path) == []
 
 
@@ -395,15 +355,11 @@ ALTITUDES = [2.0, 11.5, 21.0, 30.5, 40.0]
 
 
 @pytest.mark.parametrize("outputs", [("%d.exr",), ("%d.png",), ("%d.exr", "%d.png")])
-def test_a_second_run_draws_nothing_and_needs_no_gl(call, tmp_path, monkeypatch, outputs):
+def test_a_second_run_draws_nothing_and_needs_no_gl(call, tmp_path, request, outputs):
     args = (*FIVE, *(word for one in outputs for word in ("-o", one)))
     assert call(*args).code == 0
     before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
-
-    def fail(*_):
-        raise AssertionError("opened a renderer")
-
-    monkeypatch.setattr(rtbow.renderer.Renderer, "__init__", fail)
+    request.getfixturevalue("no_rendering")
     said = "".join(f"{one}\n" for one in outputs)
     assert call(*args) == Result(0, said, "0 frames drawn, 5 kept\n")
     after = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
@@ -523,13 +479,7 @@ def test_an_interrupted_run_leaves_whole_files_and_goes_on(
 def test_ctrl_c_and_again(tmp_path):
     """As typed: a process of its own is interrupted after some frames, and the next goes on."""
     args = ["animate", *RISE, "--frames", "400", "-o", "%03d.exr", "-o", "film.mp4", *SMALL]
-    command = [sys.executable, "-m", "rtbow", *args]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    with subprocess.Popen(
-        command, cwd=tmp_path, env=environment, text=True, stderr=subprocess.PIPE,
-        # Whoever runs the tests in the background of a shell has Ctrl-C ignored.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    ) as process:  # fmt: skip
+    with spawn(*args, cwd=tmp_path) as process:
         try:
             while not (tmp_path / "004.exr").exists():
                 assert process.poll() is None
@@ -545,10 +495,9 @@ def test_ctrl_c_and_again(tmp_path):
     assert all(name.endswith(".exr") for name in left)
     for name in left:
         read_exr(tmp_path / name)
-    args[args.index("400")] = "400"
-    done = subprocess.run(command, cwd=tmp_path, env=environment, text=True, capture_output=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr.endswith(f", {len(left)} kept\n")
+    done = execute(*args, cwd=tmp_path)
+    assert done.code == 0, done.err
+    assert done.err.endswith(f", {len(left)} kept\n")
     assert len(film_pictures(tmp_path / "film.mp4")) == 400
 
 

@@ -13,17 +13,22 @@ import select
 import shlex
 import signal
 import struct
-import subprocess
-import sys
 import termios
 import zipfile
-from dataclasses import dataclass
-from pathlib import Path
 
 import click
 import numpy as np
 import OpenEXR
 import pytest
+from command_line import (
+    SMALL,
+    Result,
+    assert_message,
+    assert_refused,
+    contents,
+    execute,
+    spawn,
+)
 from PIL import Image
 
 import rtbow.cli
@@ -38,75 +43,9 @@ from rtbow.resources import resource_dir
 from rtbow.scene_file import builtin_scenes
 from rtbow.water import relative_index
 
-ROOT = Path(__file__).parent.parent
-SMALL = ("--size", "32x18")
 FAST = "method fast\n"
 """What stderr says where ``auto`` chose."""
 UNIFORM = (resource_dir("scenes") / "uniform.toml").read_text("utf-8")
-
-
-@dataclass(frozen=True)
-class Result:
-    """How a run ended."""
-
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def call(monkeypatch, capsys, tmp_path):
-    """Run the command line in this process and in an empty folder: quick."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*args: str) -> Result:
-        monkeypatch.setattr(sys, "argv", ["rtbow", *args])
-        with pytest.raises(SystemExit) as stop:
-            rtbow.cli.main()
-        out, err = capsys.readouterr()
-        return Result(stop.value.code, out, err)
-
-    return run
-
-
-def spawn(*args: str, cwd: Path, code: str = "", **options) -> subprocess.Popen[str]:
-    """Start the command line as a process of its own; ``code`` runs before it."""
-    env = {**os.environ, "PYTHONPATH": str(ROOT), **options.pop("env", {})}
-    start = ["-c", f"{code}\nfrom rtbow.cli import main\nmain()"] if code else ["-m", "rtbow"]
-    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-    # Whoever runs the tests in the background of a shell has Ctrl-C ignored, and so have they.
-    streams.setdefault("preexec_fn", lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-    return subprocess.Popen([sys.executable, *start, *args], cwd=cwd, env=env, text=True, **streams)
-
-
-def execute(*args: str, **options) -> Result:
-    """Run the command line as a process of its own."""
-    with spawn(*args, **options) as process:
-        out, err = process.communicate(timeout=240)
-    return Result(process.returncode, out or "", err or "")
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Give all that a folder holds."""
-    files = (p for p in folder.rglob("*") if p.is_file() and not p.is_symlink())
-    return {str(p.relative_to(folder)): p.read_bytes() for p in files}
-
-
-def assert_message(result: Result, code: int, *words: str) -> None:
-    """One message on stderr and nothing else."""
-    assert result.code == code, result
-    assert result.out == ""
-    assert result.err.startswith("rtbow")
-    assert "Traceback" not in result.err
-    assert "Warning" not in result.err
-    for word in words:
-        assert word in result.err
-
-
-def assert_refused(result: Result, *words: str) -> None:
-    """One line that says what is wrong with the input."""
-    assert_message(result, 2, *words)
-    assert result.err.count("\n") == 1, result.err
 
 
 # --- What is written ---------------------------------------------------------------------------
@@ -266,16 +205,6 @@ def test_ends_of_the_allowed_ranges_render(call, setting):
 
 
 # --- What is refused ---------------------------------------------------------------------------
-
-
-@pytest.fixture
-def no_rendering(monkeypatch):
-    """Wrong input is found before any long work."""
-
-    def fail(*_):
-        raise AssertionError("rendered in spite of wrong input")
-
-    monkeypatch.setattr(rtbow.renderer.Renderer, "render", fail)
 
 
 WRONG_ARGUMENTS = [

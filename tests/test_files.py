@@ -10,16 +10,13 @@ import sys
 import threading
 
 import pytest
+from command_line import names
 
 from rtbow import files
 from rtbow.errors import InputError
 from rtbow.files import check_writable, replacing, write_atomic
 
 SUFFIXES = (".exr", ".png")
-
-
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
 
 
 def test_new_file_has_content_and_permissions_of_umask(tmp_path):

@@ -1,0 +1,67 @@
+"""The command line as tests run it, and what they ask of how a run ended."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+SMALL = ("--size", "32x18")
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a run ended."""
+
+    code: int
+    out: str
+    err: str
+
+
+def spawn(*args: str, cwd: Path, code: str = "", **options) -> subprocess.Popen[str]:
+    """Start the command line as a process of its own; ``code`` runs before it."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT), **options.pop("env", {})}
+    start = ["-c", f"{code}\nfrom rtbow.cli import main\nmain()"] if code else ["-m", "rtbow"]
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    # Whoever runs the tests in the background of a shell has Ctrl-C ignored, and so have they.
+    streams.setdefault("preexec_fn", lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    return subprocess.Popen([sys.executable, *start, *args], cwd=cwd, env=env, text=True, **streams)
+
+
+def execute(*args: str, **options) -> Result:
+    """Run the command line as a process of its own."""
+    with spawn(*args, **options) as process:
+        out, err = process.communicate(timeout=240)
+    return Result(process.returncode, out or "", err or "")
+
+
+def names(folder: Path) -> list[str]:
+    """Give the names of all that a folder holds."""
+    return sorted(path.name for path in folder.iterdir())
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Give all that a folder holds."""
+    files = (p for p in folder.rglob("*") if p.is_file() and not p.is_symlink())
+    return {str(p.relative_to(folder)): p.read_bytes() for p in files}
+
+
+def assert_message(result: Result, code: int, *words: str) -> None:
+    """One message on stderr and nothing else."""
+    assert result.code == code, result
+    assert result.out == ""
+    assert result.err.startswith("rtbow")
+    assert "Traceback" not in result.err
+    assert "Warning" not in result.err
+    for word in words:
+        assert word in result.err
+
+
+def assert_refused(result: Result, *words: str) -> None:
+    """One line that says what is wrong with the input."""
+    assert_message(result, 2, *words)
+    assert result.err.count("\n") == 1, result.err
