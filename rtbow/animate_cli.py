@@ -18,6 +18,7 @@ from rtbow.cli_options import (
     method_option,
     progress_bar,
     quiet_option,
+    scene_argument,
     set_option,
     size_option,
     typed_overrides,
@@ -70,7 +71,7 @@ class _SunPath(_SunPathType):
 
 
 @click.command()
-@click.argument("scene", required=False)
+@scene_argument
 @click.option(
     "--key",
     "keys",
@@ -107,10 +108,7 @@ class _SunPath(_SunPathType):
 @size_option("Width and height in pixels, such as 640x360.")
 @backend_option
 @method_option
-@max_delta_e_option(
-    "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels: 0.25 to 20;"
-    " left out: the scene's, 0.5 by default."
-)
+@max_delta_e_option()
 @set_option("droplets.extinction=true")
 @exposure_option(
     "Exposure of .png and .mp4: auto, one for all frames by the brightest of the first, middle and"

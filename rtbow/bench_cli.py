@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.cli_options import (
+    SceneName,
     WholeNumber,
     backend_option,
     max_delta_e_option,
@@ -46,7 +47,7 @@ class _Count(_CountType):
 
 
 @click.command()
-@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.argument("scenes", nargs=-1, type=SceneName(), metavar="[SCENE]...")
 @click.option("--json", "json_file", metavar="FILE", help="Write all numbers: .json.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw speed against error: .png or .svg.")
 @size_option("Width and height in pixels; left out: 640x360.")

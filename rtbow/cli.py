@@ -27,6 +27,7 @@ from rtbow.cli_options import (
     method_option,
     progress_bar,
     quiet_option,
+    scene_argument,
     set_option,
     size_option,
     typed_overrides,
@@ -60,7 +61,7 @@ def rtbow() -> None:
 
 
 @rtbow.command()
-@click.argument("scene", required=False)
+@scene_argument
 @click.option(
     "-o",
     "--output",
@@ -73,10 +74,7 @@ def rtbow() -> None:
 @size_option("Width and height in pixels, such as 640x360.")
 @backend_option
 @method_option
-@max_delta_e_option(
-    "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels: 0.25 to 20;"
-    " left out: the scene's, 0.5 by default."
-)
+@max_delta_e_option()
 @set_option("light.0.altitude_deg=5")
 @exposure_option("Exposure of the .png: auto, or an EV at ISO 100.")
 @click.option("--seed", type=WholeNumber(min=0), metavar="N", help="Seed of the random drops.")

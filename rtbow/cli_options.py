@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
+from rtbow.constants import DEFAULT_DELTA_E, LEAST_DELTA_E, MOST_DELTA_E
 from rtbow.errors import InputError, RtbowError
 
 if TYPE_CHECKING:
@@ -14,9 +15,11 @@ if TYPE_CHECKING:
 
     _SizeType = click.ParamType[tuple[int, int]]
     _ExposureType = click.ParamType[float | None]
+    _NumberType = click.ParamType[float]
     _NumbersType = click.ParamType[tuple[float, ...]]
+    _SceneType = click.ParamType[str]
 else:  # generic since click 8.4 alone
-    _SizeType = _ExposureType = _NumbersType = click.ParamType
+    _SizeType = _ExposureType = _NumberType = _NumbersType = _SceneType = click.ParamType
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
@@ -87,16 +90,70 @@ class Exposure(_ExposureType):
         """Parse ``auto`` (None) or a number."""
         if value is None or str(value).lower() == "auto":
             return None
-        from rtbow.display import max_luminance
+        from rtbow.display import EV_LIMIT, max_luminance
 
         try:
             exposure = float(value)
             max_luminance(exposure)
         except (ValueError, RtbowError):
             self.fail(
-                f"{value!r} is not an exposure; write auto, or an EV at ISO 100 such as 13", param
+                f"{value!r} is not an exposure; write auto, or an EV at ISO 100,"
+                f" {-EV_LIMIT:g}..{EV_LIMIT:g}, such as 13",
+                param,
             )
         return exposure
+
+
+class MaxDeltaE(_NumberType):
+    """An error that method ``fast`` can keep."""
+
+    name = "DE"
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> float:
+        """Parse ``0.5``."""
+        try:
+            error = float(value)
+        except ValueError:
+            error = 0.0
+        if not LEAST_DELTA_E <= error <= MOST_DELTA_E:  # NaN too
+            self.fail(
+                f"{value!r} is no error that method fast can keep; write a number,"
+                f" {LEAST_DELTA_E:g}..{MOST_DELTA_E:g}, such as {DEFAULT_DELTA_E:g}, or leave it"
+                " out for the scene's render.max_delta_e",
+                param,
+            )
+        return error
+
+
+class SceneName(_SceneType):
+    """A scene's file or name; what reads like an output is told from one."""
+
+    name = "scene"
+
+    def convert(
+        self,
+        value: Any,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> str:
+        """Take the name as it is, but for that of a picture."""
+        from rtbow.film import FILM_SUFFIXES
+        from rtbow.image import FRAME_SUFFIXES
+
+        if str(value).lower().endswith(FRAME_SUFFIXES + FILM_SUFFIXES):
+            writes = ctx is not None and any("-o" in one.opts for one in ctx.command.params)
+            remedy = (
+                f"did you mean -o {value}?"
+                if writes
+                else "name a .toml file or a built-in scene (rtbow scenes lists them)"
+            )
+            self.fail(f"{value!r} is a picture's name, not a scene's; {remedy}", param)
+        return str(value)
 
 
 class WholeNumber(click.IntRange):
@@ -127,6 +184,7 @@ class Numbers(_NumbersType):
 
 # --- Options -----------------------------------------------------------------------------------
 
+scene_argument: Option = click.argument("scene", required=False, type=SceneName())
 backend_option: Option = click.option(
     "--backend",
     type=click.Choice(["auto", "egl", "osmesa", "window"]),
@@ -144,9 +202,17 @@ def size_option(text: str) -> Option:
     return click.option("--size", type=Size(), metavar="WxH", help=text)
 
 
-def max_delta_e_option(text: str, *, multiple: bool = False) -> Option:
+def max_delta_e_option(
+    text: str = "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels:"
+    f" {LEAST_DELTA_E:g} to {MOST_DELTA_E:g}; left out: the scene's, {DEFAULT_DELTA_E:g} by"
+    " default.",
+    *,
+    multiple: bool = False,
+) -> Option:
     """Give ``--max-delta-e`` with its help."""
-    return click.option("--max-delta-e", type=float, multiple=multiple, metavar="DE", help=text)
+    return click.option(
+        "--max-delta-e", type=MaxDeltaE(), multiple=multiple, metavar="DE", help=text
+    )
 
 
 method_option: Option = click.option(

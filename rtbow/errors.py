@@ -1,5 +1,10 @@
 """What rtbow raises: every error a caller can meet is a subclass of :class:`RtbowError`."""
 
+CHECK_PATH = (
+    "check the path: in a scene file it starts at that file's folder, elsewhere at the current one"
+)
+"""What to do about an input file that is not there."""
+
 
 class RtbowError(Exception):
     """Base class; ``exit_code`` is what the command line returns for it."""

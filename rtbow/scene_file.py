@@ -12,7 +12,7 @@ from rtbow.errors import InputError
 from rtbow.resources import resource_dir
 from rtbow.scene import Scene
 from rtbow.scene_overrides import plain
-from rtbow.scene_schema import toml_text
+from rtbow.scene_schema import node_at, toml_text
 from rtbow.scene_values import resolve_paths, scene_from_values
 
 DEFAULT_SCENE = "default"
@@ -137,9 +137,17 @@ def _find_scene(name: str) -> Path:
         message += f"the built-in scenes are {', '.join(scenes)}"
     if os.path.isfile(f"{name}.toml"):
         message += f". To read your own file, write {name}.toml"
-    elif os.path.isfile(name):
+    elif os.path.isfile(name) and _is_toml(Path(name)):
         message += f". The file {name} can be read once its name ends with .toml"
     raise InputError(message)
+
+
+def _is_toml(path: Path) -> bool:
+    """Whether a file holds TOML, and not a picture, a volume or a spectrum."""
+    try:
+        return bool(_parse_toml(_read_text(path, ""), ""))
+    except InputError:
+        return False
 
 
 def _read_text(path: Path, name: str) -> str:
@@ -175,5 +183,16 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
                 line, column = int(place[1]), int(place[2])
             else:
                 line, column = text.count("\n") + 1, len(text) - text.rfind("\n")
+        reason += _brackets_hint(text, line)
     where = f"line {line}, column {column}: " if line else ""
     raise InputError(f"{name}: {where}not valid TOML: {reason}") from None
+
+
+def _brackets_hint(text: str, line: int) -> str:
+    """Give the remedy where TOML refuses a second table of a list that has single brackets."""
+    header = re.match(r"\s*\[\[?\s*([\w.]+)\s*\]", text.split("\n")[line - 1]) if line else None
+    node = node_at(header[1]) if header else None
+    item = node.child(0) if node is not None else None
+    if header is None or item is None or not item.models:
+        return ""
+    return f"; write [[{header[1]}]], in double brackets, for each"

@@ -14,12 +14,13 @@ import numpy as np
 from rtbow.arrays import Array, floats
 from rtbow.colour import colour_matching
 from rtbow.constants import VISIBLE_NM
-from rtbow.errors import InputError
+from rtbow.errors import CHECK_PATH, InputError
 from rtbow.resources import resource_dir
 from rtbow.standards import illuminant_names, standard_arrays
 
 E490 = "E490"
 EQUAL_ENERGY = "equal-energy"
+_EXPECTED = f"two or more lines wavelength_nm,value over {VISIBLE_NM[0]:g}-{VISIBLE_NM[1]:g} nm"
 
 
 @dataclass(frozen=True)
@@ -187,9 +188,14 @@ def _read_csv(path: Path) -> Spectrum:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = [(n, row) for n, row in enumerate(csv.reader(file), 1)]
     except FileNotFoundError:
-        raise InputError(f"{path}: spectrum file not found") from None
+        raise InputError(
+            f"{path}: spectrum file not found; {CHECK_PATH}; must hold {_EXPECTED}; or name"
+            f" {E490}, {EQUAL_ENERGY} or a CIE illuminant such as FL2"
+        ) from None
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read as a CSV spectrum ({error})") from None
+        raise InputError(
+            f"{path}: cannot be read as a CSV spectrum ({error}); must hold {_EXPECTED}"
+        ) from None
 
     points: list[tuple[float, float]] = []
     header_allowed = True
@@ -216,10 +222,7 @@ def _read_csv(path: Path) -> Spectrum:
             )
         points.append((wavelength, value))
     if len(points) < 2:
-        raise InputError(
-            f"{path}: holds no spectrum; give at least two lines wavelength_nm,value over"
-            f" {VISIBLE_NM[0]:g}-{VISIBLE_NM[1]:g} nm"
-        )
+        raise InputError(f"{path}: holds no spectrum; must hold {_EXPECTED}")
     if points[0][0] > VISIBLE_NM[0] or points[-1][0] < VISIBLE_NM[1]:
         raise InputError(
             f"{path}: covers {points[0][0]:g}-{points[-1][0]:g} nm; must reach"

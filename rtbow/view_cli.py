@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.cli_options import (
-    Exposure,
     WholeNumber,
     backend_option,
+    exposure_option,
     max_delta_e_option,
+    method_option,
+    scene_argument,
     set_option,
     size_option,
     typed_overrides,
@@ -21,30 +23,15 @@ if TYPE_CHECKING:
     from rtbow.renderer import Method
     from rtbow.view.app import Viewer
 
-LIVE_METHODS = ("auto", "fast", "spectral", "reference")
-
 
 @click.command()
-@click.argument("scene", required=False)
+@scene_argument
 @size_option("Width and height of the picture in pixels, such as 640x360.")
 @backend_option
-@click.option(
-    "--method",
-    type=click.Choice(LIVE_METHODS),
-    default="auto",
-    show_default=True,
-    help="As for render; it can be changed in the window.",
-)
-@max_delta_e_option("Error that method fast may make, as for render.")
+@method_option
+@max_delta_e_option()
 @set_option("light.0.altitude_deg=5")
-@click.option(
-    "--exposure",
-    type=Exposure(),
-    default="auto",
-    show_default=True,
-    metavar="auto|EV",
-    help="Exposure: auto, or an EV at ISO 100.",
-)
+@exposure_option("Exposure: auto, or an EV at ISO 100.")
 @click.option(
     "--watch", is_flag=True, help="Take over the scene file, what it names, and shaders as saved."
 )

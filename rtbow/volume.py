@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rtbow.arrays import Array
 from rtbow.constants import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.drops import draw_drops
-from rtbow.errors import InputError
+from rtbow.errors import CHECK_PATH, InputError
 from rtbow.files import write_atomic
 from rtbow.scene import Droplets
 from rtbow.sizes import Sizes, distribution
@@ -208,7 +208,7 @@ def load_volume(path: Path) -> DropletVolume:
                 raise InputError(f"{path}: lacks {', '.join(missing)}; {_EXPECTED}")
             radius, number, box = (data[name] for name in wanted)
     except FileNotFoundError:
-        raise InputError(f"{path}: volume file not found") from None
+        raise InputError(f"{path}: volume file not found; {CHECK_PATH}; {_EXPECTED}") from None
     except _UNREADABLE as error:
         raise InputError(f"{path}: not a readable volume ({error}); {_EXPECTED}") from None
 

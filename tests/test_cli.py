@@ -215,6 +215,8 @@ WRONG_ARGUMENTS = [
     (("",), 'named ""'),
     ((".",), "is a folder"),
     (("folder.toml",), "folder.toml: is a folder; name a scene file in it"),
+    (("bow.png",), "'bow.png' is a picture's name, not a scene's; did you mean -o bow.png?"),
+    (("out/bow.EXR",), "did you mean -o out/bow.EXR?"),
     (("uniform", "shower"), "unexpected extra argument (shower)", "rtbow render --help"),
     (("uniform", "--ouput", "y.exr"), "--ouput", "--output"),
     (("uniform", "--size", "0x10"), "0x10", "1..16384"),
@@ -224,10 +226,14 @@ WRONG_ARGUMENTS = [
         (("uniform", "--size", size), "is not a size", "such as 640x360")
         for size in ("", "x", "640", "640x", "-1x5", "8 x 8", "8x8x8", "²x2", "٣x٣", "1e3x5")
     ),
-    (("uniform", "--max-delta-e", "0"), "render.max_delta_e = 0", "0.25..20"),
-    (("uniform", "--max-delta-e", "-1"), "render.max_delta_e = -1", "0.25..20"),
-    (("uniform", "--max-delta-e", "nan"), "render.max_delta_e", "finite", "0.25..20"),
-    (("uniform", "--max-delta-e", "0.01"), "render.max_delta_e = 0.01", "0.25..20"),
+    *(
+        (
+            ("uniform", "--max-delta-e", error),
+            f"'--max-delta-e': '{error}' is no error that method fast can keep",
+            "write a number, 0.25..20, such as 0.5, or leave it out",
+        )
+        for error in ("0", "-1", "nan", "inf", "0.01", "20.1", "small", "")
+    ),
     *(
         (
             ("uniform", "--max-delta-e", "2", "--method", method),
@@ -238,8 +244,8 @@ WRONG_ARGUMENTS = [
     (("uniform", "--method", "quick"), "quick", "auto", "fast", "spectral", "reference"),
     (("uniform", "--backend", "vulkan"), "vulkan", "egl", "osmesa", "window"),
     *(
-        (("uniform", f"--exposure={ev}"), "is not an exposure", "auto", "such as 13")
-        for ev in ("bright", "nan", "inf", "1e9", "", "1,5")
+        (("uniform", f"--exposure={ev}"), "is not an exposure", "auto", "-200..200, such as 13")
+        for ev in ("bright", "nan", "inf", "1e9", "-201", "", "1,5")
     ),
     (("uniform", "--seed=-1"), "-1", "x>=0"),
     (("uniform", "--seed=1.5"), "'1.5' is not a valid whole number"),
@@ -252,6 +258,31 @@ def test_wrong_arguments(call, tmp_path, no_rendering, args, words):
     (tmp_path / "folder.toml").mkdir()
     assert_refused(call("render", *args, "-o", "x.exr"), *words)
     assert contents(tmp_path) == {}
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (("--max-delta-e", "0"), "'--max-delta-e': '0' is no error that method fast can keep"),
+        (("--max-delta-e", "1", "--method", "spectral"), "--max-delta-e 1: methods auto and fast"),
+        (("--method", "quick"), "'quick'"),
+        (("--exposure", "1e9"), "'1e9' is not an exposure; write auto, or an EV at ISO 100, -200"),
+        (("bow.png",), "not a scene's; name a .toml file or a built-in scene (rtbow scenes lists"),
+    ],
+)
+def test_wrong_arguments_of_the_window(call, args, words):
+    assert_refused(call("view", *args), words)
+
+
+def test_an_output_in_the_scenes_place(call, tmp_path, no_rendering):
+    assert_refused(call("render", "bow.png"), "did you mean -o bow.png?")
+    for name, data in {"notes": b"rain", "shot": b"\x89PNG\r\n", "list": b"380,1\n"}.items():
+        (tmp_path / name).write_bytes(data)
+        result = call("render", name, "-o", "x.exr")
+        assert_refused(result, "no built-in scene")
+        assert ".toml" not in result.err
+    (tmp_path / "rain.txt").write_text(UNIFORM, "utf-8")
+    assert_refused(call("render", "rain.txt", "-o", "x.exr"), "once its name ends with .toml")
 
 
 WRONG_SETTINGS = [
@@ -324,6 +355,15 @@ WRONG_SCENES = [
     (f"{UNIFORM}[compare]", "compare.right is missing; give a table of scene keys and values"),
     (f"{UNIFORM}[compare.right.camera]\nfov = 5", "compare.right.camera.fov: unknown key"),
     (UNIFORM.replace("[[light]]", "[light]"), "[[light]], in double brackets"),
+    (
+        UNIFORM.replace("[[light]]", "[light]") + "[light]\n",
+        "Cannot declare ('light',) twice; write [[light]], in double brackets, for each",
+    ),
+    (f"{UNIFORM} [light] # one more\n", "write [[light]], in double brackets, for each"),
+    (
+        f"{UNIFORM.replace('[[light]]', '[light]')}[[light]]\n",
+        "write [[light]], in double brackets, for each",
+    ),
     (f'{UNIFORM}[scattering]\ntheory = "ray"', 'must be one of "airy", "mie"'),
     (f"{UNIFORM}\0", "not valid TOML"),
 ]
@@ -366,8 +406,13 @@ def test_wrong_spectra(call, tmp_path, data, words):
     [
         ("E491", "did you mean E490"),
         ("fl2", "did you mean FL2"),
-        ("missing.csv", "missing.csv: spectrum file not found"),
-        ("folder.csv", "folder.csv: cannot be read"),
+        (
+            "missing.csv",
+            "missing.csv: spectrum file not found; check the path: in a scene file it starts at"
+            " that file's folder, elsewhere at the current one; must hold two or more lines"
+            " wavelength_nm,value over 380-780 nm; or name E490, equal-energy or a CIE illuminant",
+        ),
+        ("folder.csv", "must hold two or more lines wavelength_nm,value"),
         (".", "is not known"),
     ],
 )
@@ -453,7 +498,10 @@ def test_a_damaged_volume(call, tmp_path):
 
 
 def test_a_missing_volume(call):
-    for name, words in (("missing.npz", "volume file not found"), (".", "not a readable volume")):
+    for name, words in (
+        ("missing.npz", "volume file not found; check the path: in a"),
+        (".", "not a readable volume"),
+    ):
         args = ("--set", f"droplets.file={name}", *SMALL)
         assert_refused(call("render", "uniform", "-o", "x.exr", *args), words)
 
