@@ -1,14 +1,14 @@
 """Sequences: frames of one scene while some of its keys move, as files that stay and as a film.
 
 A file of an earlier run stays where its own texts say that it was made from the same scene, files,
-method and version; so an interrupted run goes on where it was. A film is made anew from its first
+method and version; so an interrupted run goes on where it was. Other frames of earlier runs are
+replaced, files of any other origin only if that is asked for. A film is made anew from its first
 picture to its last, of files where they are there: without them all of it is drawn again.
 """
 
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
@@ -24,10 +24,8 @@ from rtbow.arrays import Float32, Progress, no_progress
 from rtbow.cache import file_digest
 from rtbow.display import BLACK_FRAME_EV, EV_LIMIT, auto_exposure_ev, display
 from rtbow.errors import InputError, UnsuitedError
-from rtbow.files import check_writable
-from rtbow.film import DEFAULT_FPS, FILM_SUFFIXES, Film, check_fps, film_at
+from rtbow.film import DEFAULT_FPS, Film, check_fps, film_at
 from rtbow.image import (
-    FRAME_SUFFIXES,
     frame_metadata,
     png_texts,
     read_exr,
@@ -38,89 +36,13 @@ from rtbow.image import (
 from rtbow.renderer import Method, Renderer
 from rtbow.scene import Scene
 from rtbow.scene_values import scene_files
+from rtbow.sequence_files import SEQUENCE_TEXT, Outputs, Pattern, refuse_foreign
 
 if TYPE_CHECKING:
     from rtbow.context import Backend
 
 Show = Callable[[str, str], Progress]
 """Gives, for a label and a unit, the wrapper of a loop that shows how far it is."""
-
-
-# --- Where to ----------------------------------------------------------------------------------
-
-_NUMBER = re.compile(r"%%|%(0[1-9][0-9]?)?d")
-
-
-@dataclass(frozen=True)
-class Pattern:
-    """Names of frames by their numbers, such as ``out/frame_%04d.exr``."""
-
-    text: str
-
-    def path(self, number: int) -> str:
-        """Give the name of a frame, counted from 0."""
-
-        def put(found: re.Match[str]) -> str:
-            return "%" if found[0] == "%%" else found[0] % number
-
-        return _NUMBER.sub(put, self.text)
-
-    @property
-    def suffix(self) -> str:
-        """The files' ending, in lower case."""
-        return Path(self.text).suffix.lower()
-
-
-@dataclass(frozen=True)
-class Outputs:
-    """Where a sequence goes.
-
-    Attributes:
-        frames: names of frames.
-        films: names of films.
-    """
-
-    frames: tuple[Pattern, ...]
-    films: tuple[str, ...]
-
-    @property
-    def shown(self) -> bool:
-        """Whether displayed pictures are asked for, which need an exposure."""
-        return bool(self.films) or any(one.suffix == ".png" for one in self.frames)
-
-
-def parse_outputs(texts: Sequence[str]) -> Outputs:
-    """Tell frames from films, and check that all can be written.
-
-    Raises:
-        InputError: a name that says neither, or a file that cannot be written there.
-    """
-    frames, films = [], []
-    for text in dict.fromkeys(texts):
-        if Path(text).suffix.lower() in FILM_SUFFIXES:
-            check_writable(text, FILM_SUFFIXES)
-            films.append(text)
-            continue
-        pattern = Pattern(text)
-        if Path(text).suffix.lower() in FRAME_SUFFIXES:
-            _check_number(text)
-        check_writable(pattern.path(0), FRAME_SUFFIXES + FILM_SUFFIXES)
-        frames.append(pattern)
-    return Outputs(tuple(frames), tuple(films))
-
-
-def _check_number(text: str) -> None:
-    """Raise InputError unless a pattern's file name holds the frame's number once."""
-    path = Path(text)
-    numbers = [found for found in _NUMBER.finditer(path.name) if found[0] != "%%"]
-    stray = "%" in _NUMBER.sub("", path.name)
-    if len(numbers) == 1 and not stray:
-        return
-    example = path.with_name(re.sub(r"%[^.]*", "", path.stem) + "%04d" + path.suffix)
-    raise InputError(
-        f"{text}: a file name must hold the frame's number once, as %04d; write for example"
-        f" {example}"
-    )
 
 
 # --- Drawing -----------------------------------------------------------------------------------
@@ -162,6 +84,7 @@ def animate(
     backend: Backend = "auto",
     exposure_ev: float | None = None,
     fps: float = DEFAULT_FPS,
+    overwrite: bool = False,
     command: str = "rtbow animate",
     show: Show = no_show,
 ) -> Report:
@@ -175,6 +98,7 @@ def animate(
         exposure_ev: exposure value (ISO 100) of all pictures; None chooses one for all of them:
             that of the brightest of the first, the middle and the last frame.
         fps: pictures a second of films.
+        overwrite: whether files of the frames' names that no sequence left there are replaced.
         command: what the user typed, to be told in each file.
         show: shows how far it is.
 
@@ -183,6 +107,8 @@ def animate(
         UnavailableError: no GL backend works here, or no encoder.
     """
     check_fps(fps)
+    if not overwrite:
+        refuse_foreign(outputs, animation.count)
     with _Drawing(animation, method, backend, show) as drawing:
         run = _Run(animation, outputs, drawing, command)
         if outputs.shown:
@@ -318,7 +244,7 @@ class _Run:
         said = {
             **frame_metadata(scene, again, frame.method, frame.renderer),
             **self._wanted(number, shown=shown),
-            "animation": self._command,
+            SEQUENCE_TEXT: self._command,
         }
         if shown:
             assert picture is not None

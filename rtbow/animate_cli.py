@@ -104,6 +104,11 @@ class _SunPath(_SunPathType):
     help="Frames, such as out/frame_%04d.exr (linear radiance) or .png, numbered from 0; or a film:"
     " .mp4. May be repeated.",
 )
+@click.option(
+    "--overwrite",
+    is_flag=True,
+    help="Replace files of the frames' names that rtbow animate did not write.",
+)
 @click.option("--fps", type=float, metavar="FPS", help="Pictures a second of a film; left out: 30.")
 @size_option("Width and height in pixels, such as 640x360.")
 @backend_option
@@ -121,6 +126,7 @@ def animate(
     sun_path: _Day | None,
     count: int,
     outputs: tuple[str, ...],
+    overwrite: bool,
     fps: float | None,
     size: tuple[int, int] | None,
     backend: Any,
@@ -133,7 +139,8 @@ def animate(
     """Render a sequence of frames, or a film, while keys of the scene move.
 
     Frames that are there already and were made from the same are kept: an interrupted run goes on
-    where it was. A film alone begins anew; with frames beside it, it is made of those.
+    where it was. Frames of other sequences are replaced. A film begins anew, made of the frames if
+    they are written beside it.
 
     Example: rtbow animate --key light.0.altitude_deg=0:40 --frames 120 -o rise_%04d.png -o rise.mp4
     """  # fmt: skip
@@ -145,9 +152,10 @@ def animate(
     from rtbow import animate as sequence
     from rtbow.animation import parse_move, plan_animation
     from rtbow.film import DEFAULT_FPS, check_fps
+    from rtbow.sequence_files import frames_beyond, parse_outputs
 
     moves = [parse_move(text) for text in keys]
-    wanted = sequence.parse_outputs(outputs)
+    wanted = parse_outputs(outputs)
     if fps is not None:
         check_fps(fps)
         if not wanted.films:
@@ -160,6 +168,7 @@ def animate(
         backend=backend,
         exposure_ev=exposure,
         fps=DEFAULT_FPS if fps is None else fps,
+        overwrite=overwrite,
         command=shlex.join(["rtbow", *sys.argv[1:]]),
         show=lambda label, unit: _bar(label, unit, quiet),
     )
@@ -167,6 +176,9 @@ def animate(
         for output in dict.fromkeys(outputs):
             click.echo(output)
         click.echo(_said(report, method), err=True)  # beside the names, which scripts read
+        left = frames_beyond(wanted, count)
+        if left:
+            click.echo(_left_over(left), err=True)
 
 
 def _bar(label: str, unit: str, quiet: bool) -> Progress:
@@ -179,3 +191,11 @@ def _said(report: Report, method: Method) -> str:
     if method == "auto" and report.methods:
         drawn += f" by method {', '.join(report.methods)}"
     return drawn + (f", {report.kept} kept" if report.kept else "")
+
+
+def _left_over(paths: list[str]) -> str:
+    """Tell of frames that lie beyond the last, as a longer sequence leaves them."""
+    more = len(paths) - 1
+    which = f"{paths[0]} and {more} more lie" if more else f"{paths[0]} lies"
+    them = "them if they do" if more else "it if it does"
+    return f"{which} beyond the last frame of this run; remove {them} not belong to it"

@@ -130,7 +130,7 @@ def check_writable(path: PathLike, suffixes: Sequence[str]) -> None:
         InputError: The ending is unknown, or the file cannot be written there; says why and what
             to do.
     """
-    _check_suffix(path, suffixes)
+    check_suffix(path, suffixes)
     try:
         if _stream_kind(path) is not None:
             if not os.access(path, os.W_OK):
@@ -149,13 +149,22 @@ def check_writable(path: PathLike, suffixes: Sequence[str]) -> None:
         raise _explained(path, error) from error
 
 
-def _check_suffix(path: PathLike, suffixes: Sequence[str]) -> None:
+def check_suffix(path: PathLike, suffixes: Sequence[str], example: PathLike | None = None) -> None:
+    """Raise InputError unless a name has one of the endings.
+
+    Args:
+        path: the name.
+        suffixes: as for :func:`check_writable`.
+        example: what to write instead; None is the same name with the first ending.
+    """
     suffix = Path(path).suffix
     if suffix.lower() in suffixes:
         return
     allowed = " or ".join(suffixes)
     what = f"suffix {suffix} is not known" if suffix else "the name has no suffix"
-    example = Path(path).with_suffix(suffixes[0]) if Path(path).name else f"frame{suffixes[0]}"
+    if example is None:
+        named = bool(Path(path).name)
+        example = Path(path).with_suffix(suffixes[0]) if named else f"frame{suffixes[0]}"
     raise InputError(
         f"{_shown(path)}: {what}; must be {allowed}; write for example {_shown(example)}"
     )

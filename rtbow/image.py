@@ -233,6 +233,22 @@ def read_png(path: PathLike) -> tuple[NDArray[np.uint8], dict[str, str]]:
         ) from error
 
 
+def frame_texts(path: PathLike) -> dict[str, str]:
+    """Return what a frame says of itself, without its pixels; nothing of a file that is none."""
+    return exr_texts(path) if Path(path).suffix.lower() == ".exr" else png_texts(path)
+
+
+def exr_texts(path: PathLike) -> dict[str, str]:
+    """Return the string attributes of an OpenEXR file; none of a file that is no such one."""
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(os.fspath(path), header_only=True) as file:
+            return _texts(file)
+    except (OSError, *_NOT_A_FRAME):
+        return {}
+
+
 def png_texts(path: PathLike) -> dict[str, str]:
     """Return the texts before the pixels of a PNG file; none of a file that is no such one."""
     from PIL.PngImagePlugin import PngImageFile
@@ -316,6 +332,9 @@ def _read_exr(name: str) -> tuple[NDArray[np.float32], dict[str, str]]:
         if missing:
             raise ValueError(f"no channel {', '.join(missing)}")
         planes = [np.asarray(channels[c].pixels, dtype=np.float32) for c in "RGB"]
-        # Inside the block: on leaving it OpenEXR empties the header it has handed out.
-        texts = {item: text for item, text in file.header().items() if isinstance(text, str)}
-        return np.stack(planes, axis=-1), texts
+        return np.stack(planes, axis=-1), _texts(file)
+
+
+def _texts(file: Any) -> dict[str, str]:
+    """Return the string attributes of an open file: on closing, OpenEXR empties its header."""
+    return {item: text for item, text in file.header().items() if isinstance(text, str)}

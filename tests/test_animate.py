@@ -11,13 +11,13 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from command_line import SMALL, Result, assert_refused, execute, names, spawn
+from command_line import SMALL, Result, assert_refused, contents, execute, names, spawn
 
 import rtbow.animate
 import rtbow.fast
 import rtbow.image
 import rtbow.renderer
-from rtbow.animate import Pattern, parse_outputs, sequence_exposure_ev
+from rtbow.animate import sequence_exposure_ev
 from rtbow.animation import Move, parse_move, plan_animation
 from rtbow.display import BLACK_FRAME_EV, auto_exposure_ev, display
 from rtbow.errors import InputError
@@ -166,6 +166,10 @@ NOTHING_DRAWN = [
     ((*RISE, "--fps", "30"), "--fps 30 goes with a film; add one"),
     ((*RISE, "--fps", "nan", "-o", "a.mp4"), "--fps nan: must be 1..240"),
     ((*RISE, "--fps", "0", "-o", "a.mp4"), "--fps 0: must be 1..240"),
+    ((*RISE, "-o", "a_%d.jpg"), "a_%d.jpg: suffix .jpg is not", "write for example a_%d.exr"),
+    ((*RISE, "-o", "a.jpg"), "a.jpg: suffix .jpg is not known", "write for example a%04d.exr"),
+    ((*RISE, "-o", "a_%d"), "a_%d: the name has no suffix", "write for example a_%d.exr"),
+    ((*RISE, "-o", f"{'a' * 300}.jpg"), "suffix .jpg is not known"),
     ((*RISE, "-o", "frame.exr"), "hold the frame's number once", "write for example frame%04d.exr"),
     ((*RISE, "-o", "%d_%d.png"), "hold the frame's number once"),
     ((*RISE, "-o", "%s.png"), "hold the frame's number once"),
@@ -204,13 +208,6 @@ def test_a_lamp_follows_no_path_of_the_sun(call):
 # --- Frames ------------------------------------------------------------------------------------
 
 
-def test_patterns():
-    assert Pattern("out/frame_%04d.exr").path(7) == "out/frame_0007.exr"
-    assert Pattern("out/frame_%04d.exr").path(12345) == "out/frame_12345.exr"
-    assert Pattern("100%%_%d.png").path(3) == "100%_3.png"
-    assert Pattern("%02d.PNG").suffix == ".png"
-
-
 def test_frames_are_numbered_from_the_start_to_the_end(call, tmp_path, drawn):
     result = call("animate", "uniform", *RISE, "--frames", "3", "-o", "f_%03d.exr", *SMALL)
     assert result == Result(0, "f_%03d.exr\n", "3 frames drawn by method fast\n")
@@ -224,10 +221,6 @@ def test_the_same_output_twice_is_one(call, tmp_path):
     result = call("animate", "uniform", *RISE, "--frames", "2", *twice, *SMALL)
     assert result.out == "%d.exr\nf.mp4\n"
     assert len(film_pictures(tmp_path / "f.mp4")) == 2
-
-
-def test_outputs_that_are_named_twice_are_written_once():
-    assert [one.text for one in parse_outputs(["%d.exr", "%d.exr"]).frames] == ["%d.exr"]
 
 
 def test_one_frame_is_the_start(call, tmp_path, drawn):
@@ -373,7 +366,7 @@ def test_frames_that_are_missing_or_damaged_are_drawn(call, tmp_path, drawn, suf
     whole = {name: (tmp_path / name).read_bytes() for name in names(tmp_path)}
     os.remove(f"1.{suffix}")
     (tmp_path / f"3.{suffix}").write_bytes(whole[f"3.{suffix}"][:-200])
-    (tmp_path / f"4.{suffix}").write_bytes(b"another file")
+    (tmp_path / f"4.{suffix}").write_bytes(whole[f"4.{suffix}"][:-700])
     drawn.clear()
     assert call(*args).err == "3 frames drawn by method fast, 2 kept\n"
     assert set(drawn) == {ALTITUDES[k] for k in (1, 3, 4)}
@@ -499,6 +492,66 @@ def test_ctrl_c_and_again(tmp_path):
     assert done.code == 0, done.err
     assert done.err.endswith(f", {len(left)} kept\n")
     assert len(film_pictures(tmp_path / "film.mp4")) == 400
+
+
+# --- What is in the way ------------------------------------------------------------------------
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    """Files of the frames' names that are none of a sequence."""
+    write_png("1.png", np.zeros((18, 32, 3), np.uint8), {"command": "rtbow render"})
+    (tmp_path / "2.png").write_bytes(b"a letter")
+    (tmp_path / "4.png").write_bytes(b"")
+    return contents(tmp_path)
+
+
+def test_files_of_others_are_refused_before_anything_is_drawn(
+    call, tmp_path, foreign, no_rendering
+):
+    result = call(*FIVE, "-o", "%d.exr", "-o", "%d.png")
+    assert_refused(
+        result,
+        "1.png: is there, and rtbow animate did not write it (3 such files); choose another folder"
+        " or name, remove them, or let --overwrite replace them",
+    )
+    assert contents(tmp_path) == foreign
+
+
+def test_one_file_of_others(call, tmp_path, no_rendering):
+    (tmp_path / "3.exr").mkdir()
+    assert_refused(
+        call(*FIVE, "-o", "%d.exr"),
+        "3.exr: is there, and rtbow animate did not write it; choose another folder or name,"
+        " remove it, or let --overwrite replace it",
+    )
+
+
+def test_files_of_others_are_replaced_on_demand(call, foreign):
+    result = call(*FIVE, "-o", "%d.png", "--overwrite")
+    assert result == Result(0, "%d.png\n", "5 frames drawn by method fast\n")
+    assert call(*FIVE, "-o", "%d.png").err == "0 frames drawn, 5 kept\n"
+
+
+def test_a_frame_that_render_made_is_not_the_sequences(call):
+    assert call(*FIVE, "-o", "%d.exr", "-q").code == 0
+    words = shlex.split(read_exr("2.exr")[1]["command"])
+    assert call(*words[1:], "-q").code == 0
+    assert_refused(call(*FIVE, "-o", "%d.exr"), "2.exr: is there, and rtbow animate did not")
+
+
+def test_frames_of_a_longer_sequence_are_told(call, tmp_path):
+    assert call(*FIVE, "-o", "%d.exr", "-o", "a_%02d.png", "-q").code == 0
+    short = (*FIVE, "--frames", "3", "-o", "%d.exr")
+    drawn = "2 frames drawn by method fast, 1 kept\n"
+    said = "3.exr and 1 more lie beyond the last frame of this run; remove them if they do not"
+    assert call(*short).err == f"{drawn}{said} belong to it\n"
+    os.remove("4.exr")
+    assert call(*short).err.endswith("3.exr lies beyond the last frame of this run; remove it if"
+                                     " it does not belong to it\n")  # fmt: skip
+    assert call(*short, "-q") == Result(0, "", "")
+    assert call(*short, "-o", "a_%02d.png").err.count("3.exr and 2 more lie beyond") == 1
+    assert {"3.exr", "a_03.png", "a_04.png"} <= set(names(tmp_path))
 
 
 # --- Exposure ----------------------------------------------------------------------------------
