@@ -5,6 +5,7 @@ from collections.abc import Collection
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from rtbow.scene_lines import Key, Lines
 from rtbow.scene_schema import ROOT, Node, dotted, suggestion, toml_text
 
 _SHOWN = 60  # characters of a wrong value in a message
@@ -16,15 +17,18 @@ _OUT_OF_RANGE = (
 )
 
 
-def explain(error: ValidationError, name: str, overrides: Collection[str]) -> str:
+def explain(
+    error: ValidationError, name: str, overrides: Collection[str], lines: Lines | None = None
+) -> str:
     """Return one line per problem: where, what, what is allowed, what to do.
 
     Args:
         error: what pydantic found in the whole scene.
         name: the scene's file or name, put in front of each problem of its own.
         overrides: dotted keys that came from ``--set``; problems below them are theirs.
+        lines: of the scene's text; None where the values have none.
     """
-    lines: dict[str, None] = {}  # a set that keeps its order
+    found: dict[str, None] = {}  # a set that keeps its order
     meant: set[str] = set()  # keys that were there, but misspelt
     for problem in error.errors(include_url=False):
         path, node = _place(problem["loc"])
@@ -40,18 +44,31 @@ def explain(error: ValidationError, name: str, overrides: Collection[str]) -> st
         if kind == "missing" and isinstance(path[-1], int):  # a list that is too short
             path, node = _place(problem["loc"][:-1])
             kind = "too_short"
-        lines[_line(problem, kind, path, node, name, overrides)] = None
-    return "\n".join(lines)
+        text, by_override = _text(problem, kind, path, node, overrides)
+        if by_override:
+            set_key = text.startswith(dotted(path))
+            found[f"--set {text}" if set_key else f"--set: {text}"] = None
+        else:
+            tag = problem["ctx"]["discriminator"].strip("'") if kind == "union_tag_invalid" else ""
+            place = line_text(lines, (*path, tag) if tag else path)
+            found[f"{name}: {place}{text}"] = None
+    return "\n".join(found)
 
 
-def _line(
+def line_text(lines: Lines | None, path: Key) -> str:
+    """Say in which line a key stands, in front of a message; nothing where that is not known."""
+    line = lines.of(path) if lines is not None else None
+    return "" if line is None else f"line {line}: "
+
+
+def _text(
     problem: ErrorDetails,
     kind: str,
     path: tuple[str | int, ...],
     node: Node,
-    name: str,
     overrides: Collection[str],
-) -> str:
+) -> tuple[str, bool]:
+    """Say what is wrong and what to do, and whether that came from ``--set``."""
     key, value = dotted(path), problem["input"]
     by_override = any(key == o or key.startswith(f"{o}.") for o in overrides)
     if kind == "extra_forbidden":
@@ -74,9 +91,7 @@ def _line(
     # What is wrong with a list or table as a whole may come from one item set inside it.
     if isinstance(value, list) or kind == "misplaced":
         by_override = by_override or any(o.startswith(f"{key}.") for o in overrides)
-    if not by_override:
-        return f"{name}: {text}"
-    return f"--set {text}" if text.startswith(key) else f"--set: {text}"
+    return text, by_override
 
 
 def _place(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Node]:

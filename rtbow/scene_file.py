@@ -11,6 +11,7 @@ from typing import Any
 from rtbow.errors import InputError
 from rtbow.resources import resource_dir
 from rtbow.scene import Scene
+from rtbow.scene_lines import Lines
 from rtbow.scene_overrides import plain
 from rtbow.scene_schema import node_at, toml_text
 from rtbow.scene_values import resolve_paths, scene_from_values
@@ -57,7 +58,7 @@ def scene_from_text(
     data = _parse_toml(text, name)
     resolve_paths(data, folder or Path())
     changes = {str(key): plain(value) for key, value in (overrides or {}).items()}
-    scene = scene_from_values(data, name, changes)
+    scene = scene_from_values(data, name, changes, Lines(text))
     return scene.with_source(with_overrides_noted(text, changes), name)
 
 

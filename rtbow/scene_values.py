@@ -11,27 +11,31 @@ from pydantic import ValidationError
 
 from rtbow.errors import InputError
 from rtbow.scene import Scene
-from rtbow.scene_errors import explain
+from rtbow.scene_errors import explain, line_text
+from rtbow.scene_lines import Lines
 from rtbow.scene_overrides import apply_overrides, flat, plain
 from rtbow.scene_schema import toml_text
 
 
-def scene_from_values(data: dict[str, Any], name: str, changes: Mapping[str, Any]) -> Scene:
+def scene_from_values(
+    data: dict[str, Any], name: str, changes: Mapping[str, Any], lines: Lines | None = None
+) -> Scene:
     """Check values, with some replaced, and make their scene.
 
     Args:
         data: as TOML gives them, paths absolute; replaced in place.
         name: what messages call the scene.
         changes: plain values by dotted key; relative paths start at the current folder.
+        lines: of the text that the values come from, for messages.
 
     Raises:
         InputError: keys or values that are not allowed.
     """
     apply_overrides(data, changes)
     resolve_paths(data, Path())
-    scene = _validated(data, name, changes)
+    scene = _validated(data, name, changes, lines)
     if scene.compare is not None:
-        scene = scene.with_right(_right_part(scene, data, name, changes))
+        scene = scene.with_right(_right_part(scene, data, name, changes, lines))
     return scene
 
 
@@ -158,14 +162,22 @@ def _paths_in(table: dict[str, Any], change: Callable[[str], str], place: str) -
                 table[key] = change(value)
 
 
-def _validated(data: dict[str, Any], name: str, changes: Collection[str]) -> Scene:
+def _validated(
+    data: dict[str, Any], name: str, changes: Collection[str], lines: Lines | None = None
+) -> Scene:
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
-        raise InputError(explain(error, name, changes)) from None
+        raise InputError(explain(error, name, changes, lines)) from None
 
 
-def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collection[str]) -> Scene:
+def _right_part(
+    scene: Scene,
+    data: dict[str, Any],
+    name: str,
+    overrides: Collection[str],
+    lines: Lines | None,
+) -> Scene:
     """Make the scene of the right part of ``compare``: its keys are overrides of the left.
 
     Args:
@@ -173,6 +185,7 @@ def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collec
         data: its values.
         name: what messages call it.
         overrides: dotted keys that came from ``--set``.
+        lines: of the scene's text.
 
     Raises:
         InputError: a key that no scene has, one that both parts must share, or a wrong value.
@@ -185,9 +198,10 @@ def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collec
 
     def typed(key: str) -> str:
         """Name a key as it was typed: after ``--set``, or in the file."""
-        key = f"compare.right.{key}"
-        by_override = any(f"{key}.".startswith(f"{o}.") for o in overrides)
-        return f"--set {key}" if by_override else f"{name}: {key}"
+        whole = f"compare.right.{key}"
+        if any(f"{whole}.".startswith(f"{o}.") for o in overrides):
+            return f"--set {whole}"
+        return f"{name}: {line_text(lines, ('compare', 'right', key))}{whole}"
 
     for key in changes:
         if f"{key}.".startswith(("compare.", "camera.size_px.")):
@@ -197,7 +211,8 @@ def _right_part(scene: Scene, data: dict[str, Any], name: str, overrides: Collec
         apply_overrides(rest, changes)
         right = _validated(rest, name, changes)
     except InputError as error:
-        text = re.sub(r"(?m)^--set: ", f"{name}: compare.right: ", str(error))
+        right_table = line_text(lines, ("compare", "right"))
+        text = re.sub(r"(?m)^--set: ", f"{name}: {right_table}compare.right: ", str(error))
         text = re.sub(r"(?m)^--set ([^ :;=]+)", lambda found: typed(found[1]), text)
         raise InputError(text) from None
     if right.camera.size_px != scene.camera.size_px:  # a whole camera that leaves it out
