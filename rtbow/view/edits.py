@@ -14,6 +14,7 @@ from rtbow.errors import InputError
 from rtbow.files import write_atomic
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene, typed_override
+from rtbow.scene_rewrite import rewritten
 from rtbow.scene_values import changed_scene, differences, scene_text
 
 _MOST_UNDONE = 500
@@ -156,8 +157,9 @@ class Edits:
     def save(self, path: Path, *, replace: bool = False) -> None:
         """Write the scene as TOML, which loads to the same picture.
 
-        The comments with which its file begins are kept. Changes from before can still be undone;
-        whatever comes next is compared with what was saved, and saved there.
+        Where the scene came from a file, that file's comments and order are kept, and only what has
+        changed is replaced; else all values are written out. Changes from before can still be
+        undone; whatever comes next is compared with what was saved, and saved there.
 
         Args:
             path: of the file.
@@ -177,11 +179,18 @@ class Edits:
                 else "there is such a file, which was not opened here"
             )
             raise InputError(f"{path}: {what}; choose another name, or replace it")
-        title = _first_comments(self.opened.file)
-        text = scene_text(self.scene, path.absolute().parent)
-        write_atomic(path, (title + text).encode())
+        write_atomic(path, self._text(path.absolute().parent).encode())
         self._know(path)
         self._now_from(Opened(self.scene, str(path)))
+
+    def _text(self, folder: Path) -> str:
+        """Give the scene as TOML for a file that lies in a folder."""
+        before = ""
+        if self.opened.file is not None:
+            with suppress(OSError, ValueError):
+                before = self.opened.file.read_text(encoding="utf-8-sig")
+        found = rewritten(before, self.scene, folder) if before else None
+        return _first_comments(before) + scene_text(self.scene, folder) if found is None else found
 
     def command(self, verb: str = "render", *options: str) -> str:
         """Give the command line that makes the picture again.
@@ -210,12 +219,9 @@ def _content(file: Path) -> bytes | None:
         return None
 
 
-def _first_comments(file: Path | None) -> str:
-    """Give the lines of comments with which a scene file begins, such as its title."""
-    lines: list[str] = []
-    if file is not None:
-        with suppress(OSError, ValueError):
-            lines = file.read_text(encoding="utf-8-sig").splitlines()
+def _first_comments(text: str) -> str:
+    """Give the lines of comments with which a scene's text begins, such as its title."""
+    lines = text.splitlines()
     own = takewhile(lambda line: not line.strip() or line.lstrip().startswith("#"), lines)
     text = "\n".join(own).strip("\n")
     return f"{text}\n\n" if text else ""
