@@ -1092,8 +1092,10 @@ def test_the_head_tells_how_the_picture_came_about(uniform):
     uniform.frames(2)
     with_reason = uniform.seen["section/Scenes"][1]
     assert with_reason > plain
-    state.progress = (0.25, "building the table")
-    state.stale = "droplets.file: there is no such file"
+    state.show_progress("frame", (0.25, "building the table"))
+    uniform.frames(2)
+    assert uniform.seen["section/Scenes"][1] == with_reason  # nothing moves under the hand
+    state.tell("frame", "droplets.file: there is no such file")
     state.notices = [Notice("done", "info", 1e9), Notice("broken", "error", 1e9)]
     uniform.frames(2)
     assert uniform.seen["section/Scenes"][1] > with_reason + 60.0

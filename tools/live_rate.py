@@ -43,7 +43,7 @@ def measure(name: str, size: tuple[int, int], seconds: float) -> None:
         end = time.perf_counter() + _GRACE_S
         while not viewer.settled and time.perf_counter() < end:
             viewer.step()
-        left, top, width, height = viewer.view_units() or (0.0, 0.0, 1.0, 1.0)
+        left, top, width, height = viewer.stage.view_units() or (0.0, 0.0, 1.0, 1.0)
         middle = left + 0.5 * width, top + 0.5 * height
         # What the first move builds is no part of the rate.
         rest = time.perf_counter() + 5.0

@@ -41,7 +41,7 @@ def take(path: Path, name: str, screen: str, act: Callable[[Viewer, Any], None])
         _settle(viewer)
         act(viewer, hands)
         _settle(viewer)
-        write_png(path, viewer.screenshot(), {"scene": scene.source_text})
+        write_png(path, viewer.stage.image(), {"scene": scene.source_text})
     finally:
         hands.close()
         viewer.close()
@@ -49,7 +49,7 @@ def take(path: Path, name: str, screen: str, act: Callable[[Viewer, Any], None])
 
 
 def _settle(viewer: Viewer) -> None:
-    viewer.wake()
+    viewer.state.wake()
     rest, end = time.monotonic() + 1.0, time.monotonic() + _PATIENCE_S
     while time.monotonic() < end and not (viewer.settled and time.monotonic() > rest):
         viewer.step()
@@ -57,16 +57,16 @@ def _settle(viewer: Viewer) -> None:
 
 def _point(viewer: Viewer, hands: Any, x: float, y: float, button: int = 0) -> None:
     """Bring the mouse to shares of the picture, and press a button there."""
-    area = viewer.view_units()
+    area = viewer.stage.view_units()
     assert area is not None
     hands.move(area[0] + x * area[2], area[1] + y * area[3])
     for _ in range(3):
-        viewer.wake()
+        viewer.state.wake()
         viewer.step()
     if button:
         for down in (True, False):
             hands.button(down, button)
-            viewer.wake()
+            viewer.state.wake()
             viewer.step()
 
 

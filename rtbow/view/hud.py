@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -56,7 +57,10 @@ class Host(Protocol):
 
     edits: Edits
     state: ViewState
-    frame_rgb: Float32 | None
+
+    @property
+    def frame_rgb(self) -> Float32 | None:
+        """The picture, cd/m², float32 (h, w, 3); None before the first."""
 
     def change(self, changes: dict[str, object], gesture: object = None) -> str:
         """Replace values of the scene."""
@@ -158,9 +162,9 @@ class Hud:
         self._draw_mark(canvas, host, area)
         canvas.pop_clip_rect()
         self._draw_legend(host, area)
-        self._draw_notes(host, area)
+        below = self._draw_notes(host, area)
         if frame is not None and host.state.readout_open:
-            self._draw_readout(host, area)
+            self._draw_readout(host, area, below)
         if self._mark is not None:
             self._draw_plots(host, area)
 
@@ -182,9 +186,10 @@ class Hud:
             for line in one.lines:
                 points: list[Any] = [imgui.ImVec2(x, y) for x, y in (line + origin).tolist()]
                 canvas.add_polyline(points, colour, 1.2, 0)
+        taken: list[Area] = []
         for one in self._lines[1]:
             if one.at is not None and one.label:
-                _label(canvas, area, one.at, one.label, _line_colour(one))
+                _label(canvas, area, one.at, one.label, _line_colour(one), taken)
 
     def _draw_bar(self, canvas: imgui.ImDrawList, host: Host, area: Area) -> None:
         compare = host.edits.scene.compare
@@ -237,8 +242,12 @@ class Hud:
 
         _box("##legend", (area[0] + 8.0, area[1] + area[3] - 8.0), (0.0, 1.0), content)
 
-    def _draw_notes(self, host: Host, area: Area) -> None:
-        """What is wrong with the scene, over the last good picture; the rest is the panel's."""
+    def _draw_notes(self, host: Host, area: Area) -> float:
+        """What is wrong with the scene, over the last good picture; the rest is the panel's.
+
+        Returns:
+            Where the place below begins.
+        """
         state = host.state
         alone = not state.panel_open
 
@@ -254,12 +263,14 @@ class Hud:
                 imgui.text_colored(colour, notice.text)
             imgui.pop_text_wrap_pos()
 
-        if state.stale or (alone and (state.progress is not None or state.notices)):
-            _box("##notes", (area[0] + 0.5 * area[2], area[1] + 8.0), (0.5, 0.0), content)
+        top = area[1] + 8.0
+        if not (state.stale or (alone and (state.progress is not None or state.notices))):
+            return top
+        return top + _box("##notes", (area[0] + 0.5 * area[2], top), (0.5, 0.0), content) + 4.0
 
     # --- what is under the cursor -------------------------------------------------------------
 
-    def _draw_readout(self, host: Host, area: Area) -> None:
+    def _draw_readout(self, host: Host, area: Area, top: float) -> None:
         io, frame = imgui.get_io(), host.state.frame
         place = io.mouse_pos.x - area[0], io.mouse_pos.y - area[1]
         over = 0.0 <= place[0] < area[2] and 0.0 <= place[1] < area[3]
@@ -281,7 +292,7 @@ class Hud:
                 imgui.same_line(widest + 1.5 * imgui.get_font_size())
                 imgui.text(value)
 
-        _box("##readout", (area[0] + 8.0, area[1] + 8.0), (0.0, 0.0), content)
+        _box("##readout", (area[0] + 8.0, top), (0.0, 0.0), content)
 
     def _draw_plots(self, host: Host, area: Area) -> None:
         mark, marked = self._mark, self._marked(host, area)
@@ -298,7 +309,8 @@ class Hud:
             min(_PLOT_SIZE[0] * unit, 0.45 * area[2]),
             min(_PLOT_SIZE[1] * unit, 0.45 * area[3]),
         )
-        self._draw_spectrum(host, imgui.ImVec2(width, height))
+        earlier = marked is not None and marked[0] != mark.scene
+        self._draw_spectrum(host, imgui.ImVec2(width, height), earlier=earlier)
         cut = self._cut(host, area, marked[1]) if marked is not None else None
         if cut is not None:
             imgui.same_line()
@@ -306,13 +318,13 @@ class Hud:
                 implot.setup_axes("degrees from the antisolar point", "cd/m²", _FIT, _FIT)
                 implot.plot_line("cut", _contiguous(cut.angle_deg), _contiguous(cut.luminance))
                 implot.end_plot()
-        if marked is not None and marked[0] != mark.scene and imgui.button("take it again"):
+        if marked is not None and earlier and imgui.button("take it of the scene as it is now"):
             self._take(host, marked[0], mark.direction)
         imgui.end()
         if not kept:
             self.unmark()
 
-    def _draw_spectrum(self, host: Host, size: imgui.ImVec2) -> None:
+    def _draw_spectrum(self, host: Host, size: imgui.ImVec2, *, earlier: bool) -> None:
         """The spectrum of the mark; of an earlier scene it says so."""
         mark, state = self._mark, host.state
         assert mark is not None
@@ -321,7 +333,8 @@ class Hud:
             imgui.text_wrapped(state.spectrum_problem or "computing the spectrum …")
             imgui.end_child()
             return
-        if implot.begin_plot("spectral radiance", size, _NO_LEGEND):
+        title = f"spectral radiance{' before the change' if earlier else ''}###spectral radiance"
+        if implot.begin_plot(title, size, _NO_LEGEND):
             implot.setup_axes("nm", "W/(m² sr nm)", _FIT, _FIT)
             nm, radiance = state.spectrum
             implot.plot_line("spectrum", _contiguous(nm), _contiguous(radiance))
@@ -354,24 +367,45 @@ def _line_colour(overlay: Overlay) -> imgui.ImVec4:
 
 
 def _label(
-    canvas: imgui.ImDrawList, area: Area, at: tuple[float, float], text: str, colour: imgui.ImVec4
+    canvas: imgui.ImDrawList,
+    area: Area,
+    at: tuple[float, float],
+    text: str,
+    colour: imgui.ImVec4,
+    taken: list[Area],
 ) -> None:
-    """Write a label beside a point, inside the picture, on a shadow that any ground shows."""
+    """Write a label beside a point, inside the picture, on a shadow that any ground shows.
+
+    It gives way to those that are ``taken``, downwards and then upwards, and joins them.
+    """
     size = imgui.calc_text_size(text)
+    low, high = area[1] + 2.0, max(area[1] + area[3] - size.y - 2.0, area[1] + 2.0)
     x = min(max(area[0] + at[0] + 4.0, area[0] + 2.0), area[0] + area[2] - size.x - 2.0)
-    y = min(max(area[1] + at[1] - size.y - 2.0, area[1] + 2.0), area[1] + area[3] - size.y - 2.0)
+    first = min(max(area[1] + at[1] - size.y - 2.0, low), high)
+    down = (first + k * size.y for k in range(int((high - first) / size.y) + 1))
+    up = (first - k * size.y for k in range(1, int((first - low) / size.y) + 1))
+    free = (y for y in chain(down, up) if not any(_meet((x, y, size.x, size.y), t) for t in taken))
+    y = next(free, first)
+    taken.append((x, y, size.x, size.y))
     shadow = imgui.get_color_u32(imgui.ImVec4(0.0, 0.0, 0.0, 0.8))
     canvas.add_text(imgui.ImVec2(x + 1.0, y + 1.0), shadow, text)
     bright = imgui.ImVec4(colour.x, colour.y, colour.z, 1.0)
     canvas.add_text(imgui.ImVec2(x, y), imgui.get_color_u32(bright), text)
 
 
+def _meet(a: Area, b: Area) -> bool:
+    """Whether two areas overlap."""
+    return all(a[k] < b[k] + b[k + 2] and b[k] < a[k] + a[k + 2] for k in (0, 1))
+
+
 def _box(
     name: str, at: tuple[float, float], pivot: tuple[float, float], content: Callable[[], None]
-) -> None:
-    """Draw a small box of text over the picture."""
+) -> float:
+    """Draw a small box of text over the picture; give its height, known from its second frame."""
     imgui.set_next_window_pos(imgui.ImVec2(*at), imgui.Cond_.always, imgui.ImVec2(*pivot))
     imgui.set_next_window_bg_alpha(0.72)
     imgui.begin(name, None, _FLAGS)
     content()
+    height = float(imgui.get_window_height())
     imgui.end()
+    return height

@@ -68,15 +68,6 @@ class ImguiRenderer:
         self._program = _compiled(self._ctx)
         self._connect()
 
-    def add_texture(self, texture: moderngl.Texture) -> imgui.ImTextureRef:
-        """Take a texture that ImGui shall show; it stays until :meth:`drop_texture`."""
-        self._textures[texture.glo] = texture
-        return imgui.ImTextureRef(texture.glo)
-
-    def drop_texture(self, texture: moderngl.Texture) -> None:
-        """Forget a texture."""
-        self._textures.pop(texture.glo, None)
-
     def render(self, data: imgui.ImDrawData, target: moderngl.Framebuffer) -> None:
         """Draw what ``imgui.render`` put together over a framebuffer."""
         self._update_textures()

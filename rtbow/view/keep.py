@@ -75,6 +75,7 @@ class Keep:
         if imgui.button("Save frame", imgui.ImVec2(ui.value_width, 0.0)):
             base = name[:-4] if name.lower().endswith(FRAME_SUFFIXES) else name
             self._actions.save_frame(tuple(f"{base}{suffix}" for suffix in chosen))
+            self._free.clear()  # its name is taken now
         imgui.end_disabled()
         ui.note("keep/save frame")
 

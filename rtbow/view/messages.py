@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from rtbow.arrays import Array, Float32
+from rtbow.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
     from rtbow.renderer import Method
@@ -110,6 +111,14 @@ class Failed:
     number: int
     kind: Literal["input", "machine", "defect"]
     message: str
+
+
+_FAILURES = {"input": InputError, "machine": UnavailableError, "defect": RtbowError}
+
+
+def failure_of(reply: Failed) -> RtbowError:
+    """Give the error that a reply tells of."""
+    return _FAILURES[reply.kind](reply.message)
 
 
 Reply = FrameDrawn | FrameSaved | SpectrumTaken | Progressed | Failed

@@ -36,11 +36,6 @@ class Picture:
         self._program.bind("colourMap", row_texture(gl, opaque[None].astype(np.float32)))
         self._frame: moderngl.Texture | None = None
 
-    @property
-    def ready(self) -> bool:
-        """Whether there is a frame to show."""
-        return self._frame is not None
-
     def take(self, rgb: Float32) -> None:
         """Upload a frame: cd/m², float32 (h, w, 3), first row on top."""
         height, width = rgb.shape[:2]

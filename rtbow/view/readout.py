@@ -102,8 +102,8 @@ def read_pixel(frame: Frame, scene: Scene, size_px: tuple[int, int], pixel: Pixe
 def text_of(reading: PixelReadout) -> list[tuple[str, str]]:
     """Give a readout as names and values with their units, in the order in which to show them."""
     found = [
-        ("azimuth", f"{reading.azimuth_deg:.2f}°"),
-        ("altitude", f"{reading.altitude_deg:.2f}°"),
+        ("azimuth", f"{reading.azimuth_deg:z.2f}°"),
+        ("altitude", f"{reading.altitude_deg:z.2f}°"),
     ]
     for light in reading.lights:
         kind, _, number = light.name.partition(" ")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
@@ -20,6 +22,9 @@ OVERLAYS = {
     "false": ("L", "luminance in false colours, with its legend"),
 }
 """Overlays by name: the key that turns each on and off, and what it is."""
+_NOTICE_S = 6.0
+_LINGER = 3
+"""Pictures drawn after the last event: ImGui settles what it highlights in these."""
 
 
 @dataclass
@@ -45,15 +50,16 @@ class ViewState:
         frame: the last frame; None before the first.
         frames_shown: how many there were.
         waiting_since_s: since when a picture is being waited for; None if none is.
-        progress: share done and what is being done; None if nothing takes long.
+        progresses: share done and what is being done, by who does it.
         scale: of the frame's width to the view's.
-        stale: why the last good picture is still shown; empty if it is the scene's.
+        problems: why the last good picture is still shown, by what went wrong.
         notices: lines for the person.
         spectrum: wavelengths (nm) and spectral radiance at the chosen pixel, once computed.
         spectrum_number: of the request that it answers.
         spectrum_problem: why there is none; empty unless it could not be computed.
         circle_orders: internal reflections of the bows whose Descartes circles are drawn.
         recent: scene files opened or saved last.
+        linger: pictures of the window that are still to be drawn, though nothing happens.
     """
 
     method: Method = "auto"
@@ -67,15 +73,51 @@ class ViewState:
     frame: FrameDrawn | None = None
     frames_shown: int = 0
     waiting_since_s: float | None = None
-    progress: tuple[float, str] | None = None
+    progresses: dict[str, tuple[float, str]] = field(default_factory=dict)
     scale: float = 1.0
-    stale: str = ""
+    problems: dict[str, str] = field(default_factory=dict)
     notices: list[Notice] = field(default_factory=list)
     spectrum: tuple[Array, Array] | None = None
     spectrum_number: int = 0
     spectrum_problem: str = ""
     circle_orders: tuple[int, ...] = (1, 2)
     recent: list[str] = field(default_factory=list)
+    linger: int = _LINGER
+
+    @property
+    def progress(self) -> tuple[float, str] | None:
+        """Share done and what is being done, the picture's first; None if nothing takes long."""
+        return self.progresses.get("frame", next(iter(self.progresses.values()), None))
+
+    @property
+    def stale(self) -> str:
+        """Why the last good picture is still shown; empty if it is the scene's."""
+        return "\n".join(self.problems.values())
+
+    def wake(self) -> None:
+        """Have the window drawn again, though nothing has happened."""
+        self.linger = _LINGER
+
+    def notify(self, text: str, severity: Severity = "info") -> None:
+        """Show a line for a while."""
+        until = math.inf if severity == "error" else time.perf_counter() + _NOTICE_S
+        self.notices.append(Notice(text, severity, until))
+        self.wake()
+
+    def tell(self, of: str, problem: str = "") -> None:
+        """Show what is wrong with a file, a shader or the frame until the same goes well."""
+        if problem == self.problems.get(of, ""):
+            return
+        self.problems.pop(of, None)
+        if problem:
+            self.problems[of] = problem
+        self.wake()
+
+    def show_progress(self, of: str, progress: tuple[float, str] | None) -> None:
+        """Show how far something is; None where it has ended."""
+        self.progresses.pop(of, None)
+        if progress is not None:
+            self.progresses[of] = progress
 
 
 class Actions(Protocol):

@@ -32,7 +32,11 @@ class Status:
             state: of the window.
         """
         self._numbers(ui, state)
-        self._work(state)
+        if not self._work(state):
+            self._error(ui, state)
+        frame = state.frame
+        if frame is not None and state.method == "auto" and frame.unsuited:
+            ui.wrapped(f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
         if state.stale:
             ui.wrapped(f"The last good picture: {state.stale}", look.WARNING)
         for number, notice in enumerate(list(state.notices)):
@@ -59,6 +63,12 @@ class Status:
             parts.append(f"{fps:.0f} fps")
         parts.append(f"scale {100 * state.scale:.0f} %")
         imgui.text(" · ".join(parts))
+
+    def _error(self, ui: Ui, state: ViewState) -> None:
+        """Draw the line of the error and the device."""
+        if state.frame is None:
+            imgui.text("")
+            return
         error, holds = error_text(state)
         if error:
             imgui.push_style_color(imgui.Col_.text, look.TEXT if holds else look.DIM)
@@ -67,9 +77,7 @@ class Status:
             ui.note("status/error")
             imgui.set_item_tooltip(_ERROR)
             imgui.same_line(0.0, 0.0)
-        imgui.text_disabled(ui.cut(f"{' · ' if error else ''}{frame.renderer}"))
-        if state.method == "auto" and frame.unsuited:
-            ui.wrapped(f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
+        imgui.text_disabled(ui.cut(f"{' · ' if error else ''}{state.frame.renderer}"))
 
     def _fps(self, state: ViewState) -> float | None:
         """Frames in the last second; None while the picture stands still."""
@@ -82,15 +90,19 @@ class Status:
         moving = state.frames_shown - first >= 2
         return (state.frames_shown - first) / (now - begun) if moving and now > begun else None
 
-    def _work(self, state: ViewState) -> None:
-        """Draw the bar of what takes long."""
+    def _work(self, state: ViewState) -> bool:
+        """Draw the bar of what takes long, in place of a line; give whether anything does."""
+        size = (-1.0, imgui.get_text_line_height())
         if state.progress is not None:
             share, what = state.progress
-            imgui.progress_bar(share, (-1.0, 0.0), f"{what} {100 * share:.0f} %")
-        elif state.waiting_since_s is not None:
-            waited = time.perf_counter() - state.waiting_since_s
-            if waited > _PATIENCE_S:
-                imgui.progress_bar(-waited, (-1.0, 0.0), f"rendering, {waited:.1f} s")
+            imgui.progress_bar(share, size, f"{what} {100 * share:.0f} %")
+            return True
+        if state.waiting_since_s is None:
+            return False
+        waited = time.perf_counter() - state.waiting_since_s
+        if waited > _PATIENCE_S:
+            imgui.progress_bar(-waited, size, f"rendering, {waited:.1f} s")
+        return waited > _PATIENCE_S
 
 
 def error_text(state: ViewState) -> tuple[str, bool]:
