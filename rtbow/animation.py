@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rtbow.errors import InputError
-from rtbow.scene import Scene, SunLight
+from rtbow.scene import Scene
 from rtbow.scene_file import load_scene, typed_override, with_overrides_noted
+from rtbow.scene_lights import SunLight
 from rtbow.scene_schema import node_at
 from rtbow.scene_values import changed_scene
 

@@ -24,7 +24,8 @@ from rtbow.bench import (
 )
 from rtbow.bench_memory import free_mib
 from rtbow.errors import InputError, RtbowError, UnavailableError
-from rtbow.scene import PointLight, Scene
+from rtbow.scene import Scene
+from rtbow.scene_lights import PointLight
 from rtbow.volume import build_volume
 
 DEFAULT_SCENE = "shower"

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.random import Generator
 
 from rtbow.arrays import Array
-from rtbow.scene import ConstantRadius, Density, MarshallPalmerRadius, Radius, UniformRadius
+from rtbow.scene_droplets import Density
+from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius, Radius, UniformRadius
 from rtbow.sizes import marshall_palmer, quantiles
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from rtbow.arrays import Array
 from rtbow.camera import direction
 from rtbow.errors import InputError
-from rtbow.scene import PointLight, Scene, SunLight
+from rtbow.scene import Scene
+from rtbow.scene_lights import PointLight, SunLight
 from rtbow.spectrum import E490, Spectrum, load_spectrum, luminous
 
 NEAREST_M = 1e-3

@@ -9,9 +9,9 @@ import numpy as np
 
 from rtbow.arrays import Array, floats
 from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, TABLE_RADII_UM
-from rtbow.scene import (
+from rtbow.scene_droplets import Density
+from rtbow.scene_radius import (
     ConstantRadius,
-    Density,
     GammaRadius,
     LognormalRadius,
     MarshallPalmerRadius,

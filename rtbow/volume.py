@@ -18,7 +18,7 @@ from rtbow.constants import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, 
 from rtbow.drops import draw_drops
 from rtbow.errors import CHECK_PATH, InputError
 from rtbow.files import write_atomic
-from rtbow.scene import Droplets
+from rtbow.scene_droplets import Droplets
 from rtbow.sizes import Sizes, distribution
 
 Field = NDArray[np.float32]

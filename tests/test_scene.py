@@ -9,19 +9,11 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from rtbow.scene import (
-    Camera,
-    ConstantRadius,
-    Density,
-    Droplets,
-    MarshallPalmerRadius,
-    Render,
-    Scattering,
-    Scene,
-    SunLight,
-    density_key,
-)
+from rtbow.scene import Camera, Render, Scattering, Scene
+from rtbow.scene_droplets import Density, Droplets, density_key
 from rtbow.scene_file import parse_set, scene_from_text
+from rtbow.scene_lights import SunLight
+from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius
 from rtbow.scene_schema import ROOT, Node, node_at, suggestion, toml_text, walk_fields
 
 README = Path(__file__).parent.parent / "scenes" / "README.md"

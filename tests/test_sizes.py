@@ -5,14 +5,14 @@ import pytest
 from scipy.stats import gamma, gengamma, kstest, lognorm
 
 import rtbow
-from rtbow.scene import (
-    Density,
+from rtbow.scene import Scene
+from rtbow.scene_droplets import Density
+from rtbow.scene_radius import (
     GammaRadius,
     LognormalRadius,
     MarshallPalmerRadius,
     ModifiedGammaRadius,
     NormalRadius,
-    Scene,
     UniformRadius,
 )
 from rtbow.sections import water_sections

@@ -15,7 +15,8 @@ from PIL import Image
 from pydantic import BaseModel, Field
 
 from rtbow.context import Backend, GlContext
-from rtbow.scene import Camera, Droplets, Scene
+from rtbow.scene import Camera, Scene
+from rtbow.scene_droplets import Droplets
 from rtbow.scene_file import (
     builtin_scenes,
     load_scene,

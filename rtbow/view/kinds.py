@@ -13,7 +13,8 @@ from pydantic import BaseModel
 from rtbow.camera import direction
 from rtbow.errors import InputError
 from rtbow.resources import resource_dir
-from rtbow.scene import Droplets, Scene, density_key
+from rtbow.scene import Scene
+from rtbow.scene_droplets import Droplets, density_key
 from rtbow.scene_schema import Node
 from rtbow.spectrum import load_spectrum
 from rtbow.view.overlays import box_of

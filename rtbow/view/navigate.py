@@ -6,8 +6,10 @@ import numpy as np
 
 from rtbow.arrays import Array, floats
 from rtbow.camera import camera_basis, direction
-from rtbow.scene import Camera, Coordinate, Scene, SunLight
+from rtbow.scene import Camera, Scene
+from rtbow.scene_lights import SunLight
 from rtbow.scene_schema import Node
+from rtbow.scene_table import Coordinate
 from rtbow.view.projection import View, azimuth_altitude_deg
 
 ZOOM_PER_CLICK = 1.1

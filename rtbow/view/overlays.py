@@ -18,7 +18,9 @@ from rtbow.airy import bow
 from rtbow.arrays import Array, floats
 from rtbow.camera import box_span, direction
 from rtbow.measures import angle_between
-from rtbow.scene import Droplets, PointLight, Scene, SunLight
+from rtbow.scene import Scene
+from rtbow.scene_droplets import Droplets
+from rtbow.scene_lights import PointLight, SunLight
 from rtbow.view.projection import Lines, View, part_views
 from rtbow.water import relative_index
 

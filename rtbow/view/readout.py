@@ -13,7 +13,8 @@ from rtbow.arrays import Array, Float32, floats
 from rtbow.camera import box_span, direction
 from rtbow.colour import luminance, rgb_to_xyz
 from rtbow.measures import angle_between, chromaticity
-from rtbow.scene import PointLight, Scene, SunLight
+from rtbow.scene import Scene
+from rtbow.scene_lights import PointLight, SunLight
 from rtbow.spectrum import wavelength_bins
 from rtbow.view.navigate import antisolar
 from rtbow.view.overlays import box_of

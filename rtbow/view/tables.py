@@ -10,8 +10,10 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from rtbow.errors import InputError
-from rtbow.scene import Droplets, PointLight, Scene, SunLight, density_key
+from rtbow.scene import Scene
+from rtbow.scene_droplets import Droplets, density_key
 from rtbow.scene_file import parse_set
+from rtbow.scene_lights import PointLight, SunLight
 from rtbow.scene_overrides import flat, plain
 from rtbow.scene_schema import Node, toml_text
 from rtbow.view import kinds, widgets

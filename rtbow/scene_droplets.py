@@ -1,0 +1,188 @@
+"""The drops of a scene: where they are, how many, and of which radii."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Self
+
+from pydantic import Field, Strict, ValidationError, field_validator, model_validator
+from pydantic_core import InitErrorDetails
+
+from rtbow.constants import MAX_DENSITY_PER_M3, MAX_GRID_POINTS
+from rtbow.scene_radius import ConstantRadius, Radius
+from rtbow.scene_table import AXES, Point, Table, misplaced, missing, refused, shown_as
+
+Box = Annotated[tuple[Point, Point], Strict(False)]
+GridSize = Annotated[int, Field(ge=2, le=1024)]
+Grid = Annotated[tuple[GridSize, GridSize, GridSize], Strict(False)]
+
+
+class Density(Table):
+    """How many drops there are, directly or by the rain they make."""
+
+    number_per_m3: float | None = Field(
+        None,
+        ge=0,
+        le=MAX_DENSITY_PER_M3,
+        description="drops in a cubic metre; every distribution but marshall-palmer",
+        json_schema_extra=shown_as(
+            "1/m³",
+            "More drops make a brighter bow, until they hide each other.",
+            (1.0, 1e6),
+            log=True,
+        ),
+    )
+    rain_rate_mm_h: float | None = Field(
+        None,
+        gt=0,
+        le=1000,
+        description="rain rate, from which the density follows; with marshall-palmer",
+        json_schema_extra=shown_as(
+            "mm/h",
+            "Heavier rain has more and larger drops: a brighter bow of stronger colours.",
+            (0.1, 200.0),
+            log=True,
+        ),
+    )
+
+
+def density_key(distribution: str) -> str:
+    """Return the one key of ``[droplets.density]`` that goes with a radius distribution."""
+    return "rain_rate_mm_h" if distribution == "marshall-palmer" else "number_per_m3"
+
+
+class Droplets(Table):
+    """The volume of drops: described by its distributions, or read from a file."""
+
+    box_m: Box | None = Field(
+        None,
+        description="lower and upper corner: [[east, north, up], [east, north, up]]",
+        json_schema_extra=shown_as(
+            "m", "The bow is seen only where a ray meets the box.", (-2000.0, 2000.0)
+        ),
+    )
+    grid: Grid | None = Field(
+        None,
+        description="grid points along east, north, up; left out: a uniform volume",
+        json_schema_extra=shown_as(
+            "", "Finer grids show finer shafts and more drawn radii.", (2.0, 128.0)
+        ),
+    )
+    seed: int = Field(
+        1,
+        ge=0,
+        description="seed of the random radii",
+        json_schema_extra=shown_as(
+            "", "Other random drops of the same distribution.", (0.0, 100.0)
+        ),
+    )
+    extinction: bool = Field(
+        False,
+        description="the rain's own attenuation, towards light and eye",
+        json_schema_extra=shown_as("", "Dense rain dims what lies deep in it."),
+    )
+    extinction_efficiency: float | None = Field(
+        None,
+        ge=0,
+        le=5,
+        description="light that a drop takes away, over what falls on it; left out: by drop size, "
+        "2 for cloud drops to 1 for rain, whose diffraction stays within the light's disc",
+        json_schema_extra=shown_as("", "Higher values let less light out of the rain."),
+    )
+    file: str | None = Field(
+        None,
+        min_length=1,
+        description="volume file (.npz), instead of box_m, grid, radius and density",
+        json_schema_extra=shown_as("", "The rain's own shape: the bow brightens in its shafts."),
+    )
+    radius: Radius | None = Field(
+        None,
+        description="the drops' radii",
+        json_schema_extra=shown_as(
+            "", "The size of the drops decides the bow's width and colours."
+        ),
+    )
+    density: Density | None = Field(
+        None,
+        description="the number of drops",
+        json_schema_extra=shown_as(
+            "", "More drops make a brighter bow, until they hide each other."
+        ),
+    )
+
+    @field_validator("grid")
+    @classmethod
+    def _grid_fits_memory(cls, grid: Grid | None) -> Grid | None:
+        if grid is not None and math.prod(grid) > MAX_GRID_POINTS:
+            raise refused(
+                f"has {math.prod(grid):,} points; must have up to {MAX_GRID_POINTS:,}, "
+                "such as [512, 512, 512]"
+            )
+        return grid
+
+    @field_validator("box_m")
+    @classmethod
+    def _box_has_a_volume(cls, box: Box | None) -> Box | None:
+        if box is None:
+            return None
+        wrong = []
+        for axis, low, high in zip(AXES, *box, strict=True):
+            if high <= low:
+                shape = "flat" if high == low else "turned inside out"
+                wrong.append(f"it is {shape} along {axis} ({low:g} to {high:g})")
+        if wrong:
+            raise refused(
+                "the second corner must exceed the first on each axis: " + ", ".join(wrong)
+            )
+        return box
+
+    @property
+    def one_kind(self) -> bool:
+        """Whether drops are of one kind everywhere: one radius, or one mixture of radii."""
+        radius = self.radius
+        return isinstance(radius, ConstantRadius) or (
+            radius is not None and radius.mixing == "local"
+        )
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> Self:
+        problems = list(self._problems_with_file() if self.file else self._problems_of_parts())
+        if problems:
+            raise ValidationError.from_exception_data(type(self).__name__, problems)
+        return self
+
+    def _problems_with_file(self) -> Iterator[InitErrorDetails]:
+        for key in ("box_m", "grid", "radius", "density"):
+            if getattr(self, key) is not None:
+                yield misplaced(
+                    (key,),
+                    "cannot be given together with droplets.file: the volume file carries its "
+                    f"own {key.removesuffix('_m')}; leave one of the two out",
+                )
+
+    def _problems_of_parts(self) -> Iterator[InitErrorDetails]:
+        for key, remedy in (
+            ("box_m", "give two corners, such as [[-500, 200, 0], [500, 800, 400]]"),
+            ("radius", 'add [droplets.radius] with distribution = "constant", radius_um = 500'),
+            ("density", "add [droplets.density] with number_per_m3 = 1000"),
+        ):
+            if getattr(self, key) is None:
+                yield missing((key,), f"{remedy}, or name a volume in droplets.file")
+        if self.radius is None:
+            return
+        choice = f'distribution = "{self.radius.distribution}"'
+        if self.grid is None and not self.one_kind:
+            remedy = (
+                "draws a radius at each grid point: give their number, such as [64, 64, 32], or "
+                'all sizes everywhere with radius.mixing = "local"'
+            )
+            yield missing(("grid",), f"{choice} {remedy}")
+        if self.density is None:
+            return
+        wanted = density_key(self.radius.distribution)
+        for key, example in (("number_per_m3", "1000"), ("rain_rate_mm_h", "5.0")):
+            given = getattr(self.density, key) is not None
+            if key == wanted and not given:
+                yield missing(("density", key), f"{choice} needs it, such as {example}")
+            elif key != wanted and given:
+                message = f"does not go with {choice}; give {wanted} instead"
+                yield misplaced(("density", key), message)

@@ -1,0 +1,61 @@
+"""What the tables of a scene are made of: their base, how fields are shown, what is refused.
+
+Every field carries its description, unit and allowed range, so that panels, documents and error
+messages speak from one source.
+"""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, Strict
+from pydantic.config import JsonDict
+from pydantic_core import InitErrorDetails, PydanticCustomError
+
+AXES = ("east", "north", "up")
+
+# TOML has lists where the models have tuples, hence the lax Strict.
+# 10,000 km holds every scene on Earth, and squares of lengths still fit in float32.
+Coordinate = Annotated[float, Field(ge=-1e7, le=1e7)]
+Point = Annotated[tuple[Coordinate, Coordinate, Coordinate], Strict(False)]
+AltitudeDeg = Annotated[float, Field(ge=-90, le=90)]
+
+
+class Table(BaseModel):
+    """A TOML table: frozen, no unknown keys, no conversions but int to float, no NaN, no inf."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def refused(message: str) -> PydanticCustomError:
+    """Return the error for a value: shown as ``key = value; message``."""
+    return PydanticCustomError("refused", "{message}", {"message": message})
+
+
+def misplaced(path: tuple[str, ...], message: str) -> InitErrorDetails:
+    """Return the problem of a key that does not fit here: shown as ``key message``."""
+    error = PydanticCustomError("misplaced", "{message}", {"message": message})
+    return InitErrorDetails(type=error, loc=path, input=None)
+
+
+def missing(path: tuple[str, ...], remedy: str) -> InitErrorDetails:
+    """Return the problem of a key that is needed here: shown as ``key is missing; remedy``."""
+    error = PydanticCustomError("missing_here", "{message}", {"message": remedy})
+    return InitErrorDetails(type=error, loc=path, input=None)
+
+
+def shown_as(
+    unit: str, effect: str, usual: tuple[float, float] | None = None, *, log: bool = False
+) -> JsonDict:
+    """Return the metadata with which panels and documents show a field.
+
+    Args:
+        unit: empty for names, switches and counts.
+        effect: what it does to the bow.
+        usual: the range that a slider covers, of a number that may be far beyond it.
+        log: whether a slider moves by factors.
+    """
+    shown: JsonDict = {"unit": unit, "effect": effect}
+    if usual is not None:
+        shown["usual"] = [*usual]
+    if log:
+        shown["log"] = True
+    return shown
