@@ -83,11 +83,11 @@ def circles(viewer: Viewer, hands: Any) -> None:
 
 def spectrum(viewer: Viewer, hands: Any) -> None:
     """A marked point with its spectrum and the cut through it."""
-    _point(viewer, hands, 0.3, 0.52, button=3)
+    _point(viewer, hands, 0.3, 0.578, button=3)
     end = time.monotonic() + _PATIENCE_S
     while viewer.state.spectrum is None and time.monotonic() < end:
         viewer.step()
-    _point(viewer, hands, 0.3, 0.52)
+    _point(viewer, hands, 0.3, 0.578)
 
 
 def compared(viewer: Viewer, hands: Any) -> None:

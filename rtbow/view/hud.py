@@ -403,7 +403,7 @@ def _box(
 ) -> float:
     """Draw a small box of text over the picture; give its height, known from its second frame."""
     imgui.set_next_window_pos(imgui.ImVec2(*at), imgui.Cond_.always, imgui.ImVec2(*pivot))
-    imgui.set_next_window_bg_alpha(0.72)
+    imgui.set_next_window_bg_alpha(0.85)
     imgui.begin(name, None, _FLAGS)
     content()
     height = float(imgui.get_window_height())
