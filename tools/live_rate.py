@@ -3,8 +3,9 @@
     python tools/live_rate.py [SCENE] [--size 640x360] [--seconds 60]
 
 The panel is open. For half of the time the mouse drags the view to and fro through the X server,
-for the other half the sun goes up and down. Needs Xvfb. A picture counts when a newly rendered
-frame of the scene has reached the screen.
+for the other half the sun goes up and down. Then values are changed that have tables built anew,
+one every two seconds, while the mouse moves: the longest stop of the window counts there. Needs
+Xvfb. A picture counts when a newly rendered frame of the scene has reached the screen.
 """
 
 from __future__ import annotations
@@ -25,6 +26,19 @@ _AMPLITUDE_PX = (120.0, 40.0)
 _PERIOD_S = 4.0
 _SUN_DEG = (8.0, 32.0)
 _GRACE_S = 120.0
+_REBUILDS: tuple[dict[str, object], ...] = (
+    {"scattering.theory": "mie"},
+    {"light.0.spectrum": "FL2"},
+    {"scattering.theory": "airy"},
+    {"scattering.water_temperature_c": 5.0},
+    {"droplets.extinction": True},
+    {"scattering.orders": [1]},
+    {"atmosphere.rayleigh": False},
+    {"light.0.angular_diameter_deg": 1.0},
+)
+_REBUILD_S = 2.0
+_MOUSE_S = 1.0 / 125.0
+"""Between two reports of a usual mouse."""
 
 
 def measure(name: str, size: tuple[int, int], seconds: float) -> None:
@@ -68,6 +82,15 @@ def measure(name: str, size: tuple[int, int], seconds: float) -> None:
         _report("looking", viewer, look, 0.5 * seconds)
         hands.button(False)
         _report("turning the sun", viewer, turn_sun, 0.5 * seconds)
+        waiting = list(_REBUILDS)
+
+        def rebuild(at: float) -> None:
+            if len(_REBUILDS) - len(waiting) <= at / _REBUILD_S and waiting:
+                problem = viewer.change(waiting.pop(0))
+                assert not problem, problem
+            hands.move(middle[0] + 500.0 * (at % 0.2), middle[1])  # else it waits for something
+
+        _report("changing what needs tables", viewer, rebuild, _REBUILD_S * len(_REBUILDS))
         frame = viewer.state.frame
         print(f"{name}, {size[0]}x{size[1]}, panel open, {frame.renderer if frame else 'no frame'}")
         hands.close()
@@ -80,8 +103,11 @@ def _report(what: str, viewer: object, act: Callable[[float], None], seconds: fl
     assert isinstance(viewer, Viewer)
     before, painted, stops, scales = viewer.state.frames_shown, viewer.painted, [], []
     begun = last = time.perf_counter()
+    acted = begun - _MOUSE_S
     while last - begun < seconds:
-        act(last - begun)
+        if last - acted >= _MOUSE_S:
+            acted = last
+            act(last - begun)
         viewer.step()
         now = time.perf_counter()
         stops.append(now - last)

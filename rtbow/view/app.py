@@ -46,6 +46,10 @@ _PATIENCE_S = 0.1
 """Between looks at the renderer and at files while nothing happens."""
 _BUSY_S = 0.004
 """The same while a frame is being drawn."""
+_LEAST_STEP_S = 0.002
+"""Of a time through the loop: a mouse may tell a thousand times a second where it is."""
+_HEADROOM = 0.9
+"""Share of a picture's time at the target rate that it may take: the pace allows for some more."""
 _LEAST_GAP_S = 1.0 / 60.0
 _BUSY_GAP_S = 1.0 / 20.0
 """Between two pictures of the window while the renderer works: on a CPU both share the cores."""
@@ -86,14 +90,14 @@ class Viewer:
         self.jobs = SideJobs(self.state, backend)
         self.panel = Panel(self)
         self._worker = Worker(backend)
-        self._pace = Pace(1.0 / self.state.target_fps)
+        self._pace = Pace(_HEADROOM / self.state.target_fps)
         self._failure: RtbowError | None = None
         self._split: tuple[int, object] = (0, None)
         self._wanted: tuple[Scene, Method, tuple[int, int], int] | None = None
         self._orders: dict[int, tuple[Order, float]] = {}
         self._generation = 0
         self._titled: tuple[Opened, Scene] | None = None
-        self._painted_s = -math.inf
+        self._stepped_s = self._painted_s = -math.inf
         self._fresh = False
         self.painted = 0
 
@@ -133,7 +137,11 @@ class Viewer:
         busy = bool(self._orders) or self.jobs.busy
         quick = busy or bool(state.linger) or self.steering.moving
         patience = _BUSY_S if quick else _PATIENCE_S
-        due = self._pace.due_in_s(time.perf_counter())
+        begun = time.perf_counter()
+        if begun - self._stepped_s < _LEAST_STEP_S:
+            time.sleep(_LEAST_STEP_S - (begun - self._stepped_s))
+        self._stepped_s = begun
+        due = self._pace.due_in_s(begun)
         self.stage.window.wait(patience if due is None else min(patience, due))
         now = time.perf_counter()
         self._hear(now)
@@ -240,7 +248,7 @@ class Viewer:
         size = self.stage.view_rect()[2:]
         if not self.stage.window.visible or min(size) < 1:
             return
-        self._pace.target_s = 1.0 / self.state.target_fps
+        self._pace.target_s = _HEADROOM / self.state.target_fps
         wanted = self.edits.scene, self.state.method, size, self._generation
         if wanted != self._wanted:
             self._wanted = wanted
