@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -15,6 +16,9 @@ from numpy.typing import ArrayLike
 import rtbow.cli
 import rtbow.renderer
 from rtbow.context import Backend, GlContext, open_context
+
+if TYPE_CHECKING:
+    from panel_driver import Stage
 
 GL_BACKENDS: tuple[Backend, ...] = ("osmesa", "egl")
 
@@ -46,6 +50,35 @@ def gl(
         assert ctx.error == "GL_NO_ERROR", "left by an earlier test"
         yield context
         assert ctx.error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def egl(gl_contexts: Callable[[Backend], GlContext]) -> Iterator[GlContext]:
+    """The EGL context, current for the test; no GL error may remain."""
+    context = gl_contexts("egl")
+    with context.current() as ctx:
+        yield context
+        assert ctx.error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def uniform(egl: GlContext) -> Iterator[Stage]:
+    """A panel with all sections open: a sun, drops of one radius, air."""
+    from panel_driver import staged
+
+    with staged(egl, "uniform") as stage:
+        stage.open_all()
+        yield stage
+
+
+@pytest.fixture(scope="module")
+def screen() -> Iterator[str]:
+    """A screen of its own, tall enough for all of the panel, that windows open on; its name."""
+    from screen import SCREEN_PX, virtual_screen
+
+    with pytest.MonkeyPatch.context() as patch, virtual_screen(*SCREEN_PX) as name:
+        patch.setenv("DISPLAY", name)
+        yield name
 
 
 @pytest.fixture

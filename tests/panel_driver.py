@@ -7,17 +7,23 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from imgui_bundle import imgui
+from pydantic import BaseModel
 
 from rtbow.context import GlContext
 from rtbow.errors import InputError
+from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
+from rtbow.scene_schema import ROOT, Node
 from rtbow.view import look
 from rtbow.view.edits import Edits, Opened
 from rtbow.view.imgui_render import ImguiRenderer
 from rtbow.view.panel import Panel, draw_help
+from rtbow.view.proposals import split_path, value_at
+from rtbow.view.rows import Row, rows_of
 from rtbow.view.state import ViewState
 
 FRAME_S = 1.0 / 60.0
@@ -263,3 +269,46 @@ def timed(stage: Stage, count: int = 100) -> tuple[float, float]:
         build.append(between - begun)
         draw.append(time.perf_counter() - between)
     return 1e3 * float(np.median(build)), 1e3 * float(np.median(draw))
+
+
+def scene_rows(table: BaseModel, path: str = "", node: Node = ROOT) -> Iterator[Row]:
+    """Give the row of each value that a scene's tables may hold, as the schema has them."""
+    for row in rows_of(path, type(table), node.models):
+        value = getattr(table, row.name)
+        child = node.child(row.name)
+        assert child is not None
+        if isinstance(value, BaseModel):
+            yield from scene_rows(value, row.path, child)
+        elif row.kind == "tables":
+            for number, item in enumerate(value):
+                inner = child.child(0)
+                assert inner is not None
+                yield from scene_rows(item, row.inside(number), inner)
+        else:
+            yield row
+
+
+def shown_rows(scene: Scene) -> list[Row]:
+    """Give those that go with the rest of the scene."""
+    drops = scene.droplets
+    without = {"light", "compare"}
+    if drops.file is not None:
+        without |= {"droplets.box_m", "droplets.grid", "droplets.radius", "droplets.density"}
+    else:
+        rain = drops.density is not None and drops.density.rain_rate_mm_h is not None
+        other = "number_per_m3" if rain else "rain_rate_mm_h"
+        without |= {"droplets.file", f"droplets.density.{other}"}
+    return [row for row in scene_rows(scene) if row.path not in without]
+
+
+def value(stage: Stage, path: str) -> Any:
+    """Give what the scene on a stage has at a key."""
+    return value_at(stage.edits.scene, split_path(path))
+
+
+def is_red(stage: Stage, path: str) -> bool:
+    """Whether a widget's field is of the colour of what is refused."""
+    left, top, right, bottom = (round(x) for x in stage.seen[path])
+    image = stage.paint()[top + 2 : bottom - 2, left + 2 : right - 2].reshape(-1, 3)
+    wanted = np.array([look.ERROR_FRAME.x, look.ERROR_FRAME.y, look.ERROR_FRAME.z]) * 255
+    return bool((np.abs(image - wanted).max(axis=1) < 3).mean() > 0.3)
