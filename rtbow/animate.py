@@ -36,7 +36,7 @@ from rtbow.image import (
 from rtbow.renderer import Method, Renderer
 from rtbow.scene import Scene
 from rtbow.scene_values import scene_files
-from rtbow.sequence_files import SEQUENCE_TEXT, Outputs, Pattern, refuse_foreign
+from rtbow.sequence_files import SEQUENCE_TEXT, Outputs, Pattern, check_places
 
 if TYPE_CHECKING:
     from rtbow.context import Backend
@@ -98,7 +98,7 @@ def animate(
         exposure_ev: exposure value (ISO 100) of all pictures; None chooses one for all of them:
             that of the brightest of the first, the middle and the last frame.
         fps: pictures a second of films.
-        overwrite: whether files of the frames' names that no sequence left there are replaced.
+        overwrite: whether files of those names that no sequence left there are replaced.
         command: what the user typed, to be told in each file.
         show: shows how far it is.
 
@@ -107,8 +107,7 @@ def animate(
         UnavailableError: no GL backend works here, or no encoder.
     """
     check_fps(fps)
-    if not overwrite:
-        refuse_foreign(outputs, animation.count)
+    check_places(outputs, animation.count, overwrite=overwrite)
     with _Drawing(animation, method, backend, show) as drawing:
         run = _Run(animation, outputs, drawing, command)
         if outputs.shown:

@@ -107,7 +107,7 @@ class _SunPath(_SunPathType):
 @click.option(
     "--overwrite",
     is_flag=True,
-    help="Replace files of the frames' names that rtbow animate did not write.",
+    help="Replace files of those names that rtbow animate did not write.",
 )
 @click.option("--fps", type=float, metavar="FPS", help="Pictures a second of a film; left out: 30.")
 @size_option("Width and height in pixels, such as 640x360.")
@@ -173,7 +173,7 @@ def animate(
         show=lambda label, unit: _bar(label, unit, quiet),
     )
     if not quiet:
-        for output in dict.fromkeys(outputs):
+        for output in outputs:
             click.echo(output)
         click.echo(_said(report, method), err=True)  # beside the names, which scripts read
         left = frames_beyond(wanted, count)

@@ -95,10 +95,11 @@ def render(
 
     Example: rtbow render shower -o shower.exr -o shower.png --set light.0.altitude_deg=10
     """  # fmt: skip
-    from rtbow.files import check_writable
+    from rtbow.files import check_distinct, check_writable
     from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
 
     overrides = typed_overrides(settings, size, max_delta_e, method)
+    check_distinct(outputs)
     for path in outputs:  # before the long work, not after it
         check_writable(path, FRAME_SUFFIXES)
     from rtbow.renderer import Renderer

@@ -149,6 +149,16 @@ def check_writable(path: PathLike, suffixes: Sequence[str]) -> None:
         raise _explained(path, error) from error
 
 
+def check_distinct(paths: Sequence[PathLike]) -> None:
+    """Raise InputError if two of the names that were typed after ``-o`` lead to one place."""
+    seen: set[str] = set()
+    for path in paths:
+        place = os.path.abspath(path)
+        if place in seen:
+            raise InputError(f"-o {_shown(path)}: is given twice; give it once")
+        seen.add(place)
+
+
 def check_suffix(path: PathLike, suffixes: Sequence[str], example: PathLike | None = None) -> None:
     """Raise InputError unless a name has one of the endings.
 

@@ -76,6 +76,26 @@ class Film:
             self._container.mux(self._stream.encode(frame))
 
 
+def film_texts(path: PathLike) -> dict[str, str]:
+    """Return what a film says of itself; nothing of a file that is none.
+
+    Raises:
+        UnavailableError: PyAV does not load here.
+    """
+    _require_encoder(path)
+    import av
+
+    try:
+        # A file and its format: by a name, FFmpeg would follow playlists and addresses.
+        with (
+            open(path, "rb") as file,
+            av.open(file, format="mp4", metadata_errors="replace") as film,
+        ):
+            return dict(film.metadata)
+    except (OSError, ValueError, av.FFmpegError):
+        return {}
+
+
 @contextmanager
 def film_at(
     path: PathLike,

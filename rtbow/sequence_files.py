@@ -9,14 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtbow.errors import InputError
-from rtbow.files import check_suffix, check_writable
-from rtbow.film import FILM_SUFFIXES
+from rtbow.files import check_distinct, check_suffix, check_writable
+from rtbow.film import FILM_SUFFIXES, film_texts
 from rtbow.image import FRAME_SUFFIXES, frame_texts
 
 SEQUENCE_TEXT = "animation"
 """The text of a frame that only sequences write: the command that made all of it."""
+_FILM_TEXT = "rtbowVersion"
+"""A text of each film that rtbow makes, which sequences alone do."""
 
 _NUMBER = re.compile(r"%%|%(0[1-9][0-9]?)?d")
+_OTHER_FILMS = (".avi", ".m4v", ".mkv", ".mov", ".mpeg", ".mpg", ".ogv", ".webm", ".wmv")
+"""Endings of films that rtbow does not make."""
 
 
 @dataclass(frozen=True)
@@ -78,15 +82,25 @@ def parse_outputs(texts: Sequence[str]) -> Outputs:
     """Tell frames from films, and check that all can be written.
 
     Raises:
-        InputError: a name that says neither, or a file that cannot be written there.
+        InputError: a name that says neither or is given twice, or a file that cannot be written
+            there.
     """
+    check_distinct(texts)
     frames, films = [], []
-    for text in dict.fromkeys(texts):
-        if Path(text).suffix.lower() in FILM_SUFFIXES:
+    for text in texts:
+        suffix = Path(text).suffix.lower()
+        if suffix in FILM_SUFFIXES:
+            if any(found[0] != "%%" for found in _NUMBER.finditer(Path(text).name)):
+                raise InputError(
+                    f"{text}: a film is one file, without numbers; write for example"
+                    f" {_unnumbered(text)}"
+                )
             check_writable(text, FILM_SUFFIXES)
             films.append(text)
             continue
-        check_suffix(text, FRAME_SUFFIXES + FILM_SUFFIXES, _numbered(text, FRAME_SUFFIXES[0]))
+        film = suffix in _OTHER_FILMS
+        example = _unnumbered(text) if film else _numbered(text, FRAME_SUFFIXES[0])
+        check_suffix(text, FRAME_SUFFIXES + FILM_SUFFIXES, example)
         _check_number(text)
         pattern = Pattern(text)
         check_writable(pattern.path(0), FRAME_SUFFIXES)
@@ -121,31 +135,59 @@ def _numbered(text: str, suffix: str) -> Path:
     return path.with_name(stem + suffix)
 
 
+def _unnumbered(text: str) -> Path:
+    """Give a name for a film that is near the one that was typed."""
+    path = Path(text)
+    stem = re.sub(rf"[-_. ]?(?:{_NUMBER.pattern})", _percent_sign, path.stem)
+    return path.with_name((stem or "film") + FILM_SUFFIXES[0])
+
+
+def _percent_sign(found: re.Match[str]) -> str:
+    return found[0] if found[0].endswith("%%") else ""
+
+
 # --- What is there -----------------------------------------------------------------------------
 
 
-def refuse_foreign(outputs: Outputs, count: int) -> None:
-    """Raise InputError if frames would take the place of files that no sequence left there.
+def check_places(outputs: Outputs, count: int, *, overwrite: bool) -> None:
+    """Raise InputError if a sequence would take the place of what no sequence left there.
 
     Args:
         outputs: where a sequence goes.
         count: of its frames.
+        overwrite: whether files of another origin may be replaced; folders never are.
     """
     paths = [one.path(number) for one in outputs.frames for number in range(count)]
-    foreign = [path for path in paths if _is_foreign(path)]
-    if foreign:
-        several = len(foreign) > 1
+    folders = [path for path in paths if os.path.isdir(path)]
+    if folders:
+        several, it = _counted(folders, "folders")
         raise InputError(
-            f"{foreign[0]}: is there, and rtbow animate did not write it"
-            f"{f' ({len(foreign)} such files)' if several else ''}; choose another folder or name,"
-            f" remove {'them' if several else 'it'}, or let --overwrite replace"
-            f" {'them' if several else 'it'}"
+            f"{folders[0]}: is a folder; must be a file{several}; choose another name, or move"
+            f" {it} away"
+        )
+    if overwrite:
+        return
+    foreign = [path for path in paths if _is_foreign(path, SEQUENCE_TEXT)]
+    foreign += [path for path in outputs.films if _is_foreign(path, _FILM_TEXT)]
+    if foreign:
+        several, it = _counted(foreign, "files")
+        raise InputError(
+            f"{foreign[0]}: is there, and rtbow animate did not write it{several}; choose another"
+            f" folder or name, remove {it}, or let --overwrite replace {it}"
         )
 
 
-def _is_foreign(path: str) -> bool:
-    """Whether something stands at a frame's place that no sequence wrote; a device may stay."""
-    return os.path.isdir(path) or (os.path.isfile(path) and SEQUENCE_TEXT not in frame_texts(path))
+def _counted(paths: Sequence[str], what: str) -> tuple[str, str]:
+    """Tell how many there are where they are several, and what to call them after that."""
+    return (f" ({len(paths)} such {what})", "them") if len(paths) > 1 else ("", "it")
+
+
+def _is_foreign(path: str, text: str) -> bool:
+    """Whether a file lacks the text that sequences leave; a device may stay."""
+    if not os.path.isfile(path):
+        return False
+    is_film = Path(path).suffix.lower() in FILM_SUFFIXES
+    return text not in (film_texts(path) if is_film else frame_texts(path))
 
 
 def frames_beyond(outputs: Outputs, count: int) -> list[str]:

@@ -178,6 +178,12 @@ NOTHING_DRAWN = [
     ((*RISE, "-o", "a%d.jpg"), "suffix .jpg is not known; must be .exr or .png or .mp4"),
     ((*RISE, "-o", "no/a%d.png"), "there is no folder no", "mkdir -p no"),
     ((*RISE, "-o", "no/a.mp4"), "there is no folder no", "mkdir -p no"),
+    ((*RISE, "-o", "f.avi"), "f.avi: suffix .avi is not known", "write for example f.mp4"),
+    ((*RISE, "-o", "f_%04d.MOV"), "suffix .MOV is not known", "write for example f.mp4"),
+    ((*RISE, "-o", "f_%04d.mp4"), "f_%04d.mp4: a film is one file", "write for example f.mp4"),
+    ((*RISE, "-o", "%d.mp4"), "%d.mp4: a film is one file", "write for example film.mp4"),
+    ((*RISE, "-o", "./x%d.exr"), "-o ./x%d.exr: is given twice; give it once"),
+    ((*RISE, "-o", "f.mp4", "-o", "f.mp4"), "-o f.mp4: is given twice; give it once"),
     (("--sun-path", "48,11"), "is not a place and a date", "such as 48.1,11.6,2024-12-21"),
     (("--sun-path", "48,11,2024-13-01"), "is not a place and a date"),
     (("--sun-path", "north,11,2024-01-01"), "is not a place and a date"),
@@ -214,13 +220,6 @@ def test_frames_are_numbered_from_the_start_to_the_end(call, tmp_path, drawn):
     assert names(tmp_path) == ["f_000.exr", "f_001.exr", "f_002.exr"]
     assert drawn == [2.0, 2.0, 21.0, 40.0]  # the first once more, with tables for all places
     assert len({read_exr(name)[0].tobytes() for name in names(tmp_path)}) == 3
-
-
-def test_the_same_output_twice_is_one(call, tmp_path):
-    twice = ("-o", "%d.exr", "-o", "f.mp4", "-o", "%d.exr", "-o", "f.mp4")
-    result = call("animate", "uniform", *RISE, "--frames", "2", *twice, *SMALL)
-    assert result.out == "%d.exr\nf.mp4\n"
-    assert len(film_pictures(tmp_path / "f.mp4")) == 2
 
 
 def test_one_frame_is_the_start(call, tmp_path, drawn):
@@ -453,7 +452,7 @@ def test_an_interrupted_run_leaves_whole_files_and_goes_on(
             raise KeyboardInterrupt
         true_write(path, *args)
 
-    args = (*FIVE, "-o", f"%d.{suffix}", "-o", "film.mp4")
+    args = (*FIVE, "-o", f"%d.{suffix}", "-o", "film.mp4", "--overwrite")
     (tmp_path / "film.mp4").write_bytes(b"old")
     monkeypatch.setattr(rtbow.animate, writer, interrupted)
     result = call(*args)
@@ -519,12 +518,55 @@ def test_files_of_others_are_refused_before_anything_is_drawn(
 
 
 def test_one_file_of_others(call, tmp_path, no_rendering):
-    (tmp_path / "3.exr").mkdir()
+    (tmp_path / "3.exr").touch()
     assert_refused(
         call(*FIVE, "-o", "%d.exr"),
         "3.exr: is there, and rtbow animate did not write it; choose another folder or name,"
         " remove it, or let --overwrite replace it",
     )
+
+
+@pytest.mark.parametrize("overwrite", [(), ("--overwrite",)])
+@pytest.mark.usefixtures("no_rendering")
+def test_folders_are_refused_before_anything_is_drawn(call, tmp_path, overwrite):
+    (tmp_path / "3.exr").mkdir()
+    (tmp_path / "1.exr").touch()
+    result = call(*FIVE, "-o", "%d.exr", *overwrite)
+    assert_refused(result, "3.exr: is a folder; must be a file; choose another name, or move it")
+    assert "--overwrite" not in result.err
+    assert names(tmp_path) == ["1.exr", "3.exr"]
+
+
+@pytest.mark.usefixtures("no_rendering")
+def test_a_film_of_others_is_refused_before_anything_is_drawn(call, tmp_path):
+    (tmp_path / "film.mp4").write_bytes(b"a holiday")
+    (tmp_path / "2.png").write_bytes(b"a letter")
+    before = contents(tmp_path)
+    args = (*FIVE, "-o", "%d.png", "-o", "film.mp4")
+    assert_refused(call(*args), "2.png: is there, and rtbow animate did not write it (2 such files")
+    (tmp_path / "2.png").unlink()
+    del before["2.png"]
+    message = (
+        "film.mp4: is there, and rtbow animate did not write it; choose another folder or name,"
+        " remove it, or let --overwrite replace it"
+    )
+    assert_refused(call(*args), message)
+    # A film as another program makes it.
+    with av.open("film.mp4", "w") as container:
+        container.add_stream("libx264", rate=25, width=16, height=16, pix_fmt="yuv420p")
+        container.metadata["title"] = "a holiday"
+        container.start_encoding()
+    before = contents(tmp_path)
+    assert_refused(call(*args), message)
+    assert contents(tmp_path) == before
+
+
+def test_a_film_of_ones_own_is_replaced(call, tmp_path):
+    args = ("animate", "uniform", *RISE, "--frames", "2", "-o", "film.mp4", "-q", *SMALL)
+    (tmp_path / "film.mp4").write_bytes(b"a holiday")
+    assert call(*args, "--overwrite").code == 0
+    assert call(*args, "--frames", "3").code == 0
+    assert len(film_pictures(tmp_path / "film.mp4")) == 3
 
 
 def test_files_of_others_are_replaced_on_demand(call, foreign):
@@ -660,7 +702,7 @@ def test_a_failure_in_drawing_spares_the_old_film(call, tmp_path, monkeypatch):
         raise InputError("the volume is gone; bring it back")
 
     monkeypatch.setattr(rtbow.animate, "display", fail)
-    result = call(*FIVE, "-o", "film.mp4")
+    result = call(*FIVE, "-o", "film.mp4", "--overwrite")
     assert (result.code, result.out) == (2, "")
     assert names(tmp_path) == ["film.mp4"]
     assert (tmp_path / "film.mp4").read_bytes() == b"old"

@@ -139,9 +139,17 @@ def test_small_sizes(call, size):
     assert read_exr("x.exr")[0].shape == (height, width, 3)
 
 
-def test_the_same_output_twice_and_a_device(call, tmp_path):
+@pytest.mark.usefixtures("no_rendering")
+@pytest.mark.parametrize("again", ["x.exr", "./x.exr"])
+def test_the_same_output_twice_is_refused(call, tmp_path, again):
+    result = call("render", "uniform", "-o", "x.exr", "-o", "x.png", "-o", again)
+    assert_refused(result, f"-o {again}: is given twice; give it once")
+    assert contents(tmp_path) == {}
+
+
+def test_a_device_beside_a_file(call, tmp_path):
     (tmp_path / "null.exr").symlink_to(os.devnull)
-    outputs = ("-o", "x.exr", "-o", "x.exr", "-o", "null.exr")
+    outputs = ("-o", "x.exr", "-o", "null.exr")
     assert call("render", "uniform", *outputs, "--size", "4x3", "-q") == Result(0, "", "")
     assert list(contents(tmp_path)) == ["x.exr"]
     assert (tmp_path / "null.exr").is_symlink()

@@ -15,7 +15,7 @@ from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTr
 
 from rtbow.display import display, max_luminance
 from rtbow.errors import InputError, RtbowError, UnavailableError
-from rtbow.film import even_sides, film_at
+from rtbow.film import even_sides, film_at, film_texts
 
 COLOURS = [
     (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255),
@@ -100,6 +100,17 @@ def test_odd_sides_repeat_their_last_row_and_column(tmp_path, size):
     (back,), _ = read(tmp_path / "film.mp4")
     assert back.shape == (height + height % 2, width + width % 2, 3)
     assert np.abs(back.astype(int) - 90).max() <= 2
+
+
+def test_what_a_film_says_of_itself(tmp_path):
+    path = tmp_path / "film.mp4"
+    assert film_texts(path) == {}
+    with film_at(path, (16, 16), 25.0, {"scene": "ä\n"}) as film:
+        film.add(bars(16, 16))
+    assert film_texts(path)["scene"] == "ä\n"
+    for data in (path.read_bytes()[:200], b"", b"another file", b"#EXTM3U\n/etc/hostname\n"):
+        path.write_bytes(data)
+        assert "scene" not in film_texts(path)
 
 
 def test_padding():

@@ -9,7 +9,7 @@ import pytest
 
 from rtbow.errors import InputError
 from rtbow.image import exr_texts, frame_texts, png_texts, write_exr, write_png
-from rtbow.sequence_files import Pattern, frames_beyond, parse_outputs, refuse_foreign
+from rtbow.sequence_files import Pattern, check_places, frames_beyond, parse_outputs
 
 
 def test_patterns():
@@ -17,10 +17,6 @@ def test_patterns():
     assert Pattern("out/frame_%04d.exr").path(12345) == "out/frame_12345.exr"
     assert Pattern("100%%_%d.png").path(3) == "100%_3.png"
     assert Pattern("%02d.PNG").suffix == ".png"
-
-
-def test_outputs_that_are_named_twice_are_written_once():
-    assert [one.text for one in parse_outputs(["%d.exr", "%d.exr"]).frames] == ["%d.exr"]
 
 
 @pytest.mark.parametrize(
@@ -52,6 +48,25 @@ def test_what_is_proposed_names_frames(tmp_path, monkeypatch, typed, proposed):
     assert [one.text for one in parse_outputs([proposed]).frames] == [proposed]
 
 
+@pytest.mark.parametrize(
+    ("typed", "proposed"),
+    [
+        ("a.avi", "a.mp4"),
+        ("out/a_%04d.mkv", "out/a.mp4"),
+        ("out/%d.mp4", "out/film.mp4"),
+        ("100%%_%d.mp4", "100%%.mp4"),
+        ("a%03d_b.MP4", "a_b.mp4"),
+    ],
+)
+def test_what_is_proposed_names_a_film(tmp_path, monkeypatch, typed, proposed):
+    monkeypatch.chdir(tmp_path)
+    os.mkdir("out")
+    with pytest.raises(InputError) as caught:
+        parse_outputs([typed])
+    assert str(caught.value).endswith(f"write for example {proposed}")
+    assert parse_outputs([proposed]).films == (proposed,)
+
+
 def test_frames_beyond_a_number(tmp_path):
     for name in (
         "f_9.exr",
@@ -81,7 +96,9 @@ def test_percent_signs_and_dots_are_no_wildcards(tmp_path):
 def test_devices_may_stand_in_a_frames_place(tmp_path):
     (tmp_path / "1.exr").symlink_to(os.devnull)
     (tmp_path / "2.exr").symlink_to("nowhere")
-    refuse_foreign(parse_outputs([f"{tmp_path}/%d.exr"]), 3)
+    (tmp_path / "f.mp4").symlink_to(os.devnull)
+    outputs = parse_outputs([f"{tmp_path}/%d.exr", f"{tmp_path}/f.mp4"])
+    check_places(outputs, 3, overwrite=False)
 
 
 @pytest.mark.parametrize("suffix", ["exr", "EXR", "png"])
