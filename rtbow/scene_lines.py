@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Sequence
 from typing import Any
@@ -9,12 +10,14 @@ from typing import Any
 Key = Sequence[str | int]
 """Tables' keys and lists' indices, from the outermost on."""
 
+_START = re.compile(r"\s*(\[\[?[^\[\],]+\]\]?\s*(#.*)?$|[\w\"'][^=\[\]{},]*=)")
+"""What a line with a table's head or a key begins with; lines of long texts may, too."""
+_MOST_TRIES = 200
+"""At most, to find the end of a statement that holds lines which look like others."""
+
 
 class Lines:
     """The lines of a text in TOML.
-
-    A text that is cut behind a statement is valid TOML, too: the line is sought behind which the
-    key is first there, by halves.
 
     Args:
         text: valid TOML.
@@ -22,7 +25,6 @@ class Lines:
 
     def __init__(self, text: str) -> None:
         self._lines = text.replace("\r\n", "\n").split("\n")
-        self._cut: dict[int, tuple[int, dict[str, Any]]] = {0: (0, {})}
 
     def of(self, key: Key) -> int | None:
         """Give the line, from 1, of a key or of the innermost table around it that is there.
@@ -31,40 +33,51 @@ class Lines:
             key: of a value or table; one that the text lacks may end with keys that are not there.
 
         Returns:
-            None if not even its outermost table is there.
+            None if not even its outermost table is there, or the text has a form that is too odd.
         """
-        whole = self._read(len(self._lines))[1]
+        starts = self._starts()
+        whole = self._before(len(self._lines)) or {}
         known = next((n for n in range(len(key), 0, -1) if _has(whole, key[:n])), 0)
         if known == 0:
             return None
-        low, high = 0, len(self._lines)
+        # A text that ends before a statement is valid, too: the first one behind which the key is
+        # there holds it, and is found by halves.
+        low, high = 0, len(starts)
         while high - low > 1:
             middle = (low + high) // 2
-            if _has(self._read(middle)[1], key[:known]):
+            before = self._before(starts[middle])
+            if before is None:
+                return None
+            if _has(before, key[:known]):
                 high = middle
             else:
                 low = middle
-        # A statement of several lines is there with its last one: it begins behind the one before.
-        first = self._read(high - 1)[0]
-        while first < high - 1 and not _is_statement(self._lines[first]):
-            first += 1
-        return first + 1
+        return starts[low] + 1
 
-    def _read(self, count: int) -> tuple[int, dict[str, Any]]:
-        """Read the first lines, without a last statement that they cut; tell how many those are."""
-        found = self._cut.get(count)
-        if found is None:
-            try:
-                found = count, tomllib.loads("\n".join(self._lines[:count]))
-            except (ValueError, RecursionError):
-                found = self._read(count - 1)
-            self._cut[count] = found
+    def _starts(self) -> list[int]:
+        """Give the lines, from 0, in which statements begin."""
+        marks = [n for n, line in enumerate(self._lines) if _START.match(line)]
+        found: list[int] = []
+        tries = 0
+        for mark, end in zip(marks, [*marks[1:], len(self._lines)], strict=False):
+            first = found[-1] if tries else mark
+            if not tries:
+                found.append(mark)
+            tries += 1
+            if tries > _MOST_TRIES or _parsed("\n".join(self._lines[first:end])) is not None:
+                tries = 0
         return found
 
+    def _before(self, line: int) -> dict[str, Any] | None:
+        """Read the lines before one; None where they are no whole statements."""
+        return _parsed("\n".join(self._lines[:line]))
 
-def _is_statement(line: str) -> bool:
-    stripped = line.strip()
-    return bool(stripped) and not stripped.startswith("#")
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError):
+        return None
 
 
 def _has(values: Any, key: Key) -> bool:

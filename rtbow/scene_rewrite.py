@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import tomlkit
-from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import InlineTable
 
-from rtbow.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_file import scene_from_text
-from rtbow.scene_values import differences, scene_text
+from rtbow.scene_values import scene_text
 
 
 def rewritten(text: str, scene: Scene, folder: Path) -> str | None:
@@ -28,37 +26,60 @@ def rewritten(text: str, scene: Scene, folder: Path) -> str | None:
         Text that reads as an equal scene; None where that cannot be had by replacing values.
     """
     try:
-        before = scene_from_text(text, folder=folder)
-        document = tomlkit.parse(text)
+        before = tomlkit.parse(scene_text(scene_from_text(text, folder=folder), folder)).unwrap()
         wanted = tomlkit.parse(scene_text(scene, folder)).unwrap()
-        for key in differences(before, scene):
-            _put(document, key.split("."), wanted)
+        document = tomlkit.parse(text)
+        _merge(document, before, wanted)
         found = tomlkit.dumps(document)
         same = scene_from_text(found, folder=folder) == scene
-    except (InputError, TOMLKitError, KeyError, IndexError, TypeError, ValueError):
+    except Exception:  # whatever it is: a scene can be written out whole, and has to be saved
         return None
     return found if same else None
 
 
-def _put(at: Any, path: list[str], wanted: Any) -> None:
-    """Put one of the wanted values where its key says, or take it out where there is none."""
-    for part in path[:-1]:
-        slot = _slot(at, part)
-        wanted = wanted[slot]
-        if isinstance(slot, str) and slot not in at:  # its defaults were not written out
-            at[slot] = tomlkit.inline_table() if isinstance(at, InlineTable) else tomlkit.table()
-        at = at[slot]
-    slot = _slot(at, path[-1])
-    if isinstance(slot, str) and slot not in wanted:
-        at.pop(slot, None)
-        return
-    value = wanted[slot]
-    if isinstance(value, Mapping) and isinstance(at.get(slot), InlineTable):
-        line = tomlkit.inline_table()
-        line.update(value)
-        value = line
-    at[slot] = value
+def _merge(at: Any, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+    """Put what differs between two tables' values into a table's text.
+
+    Args:
+        at: the table in the document; it may lack values that are defaults.
+        before: all of its values.
+        wanted: what it shall have.
+    """
+    for key in {**before, **wanted}:
+        old, new = before.get(key), wanted.get(key)
+        if old == new:
+            continue
+        if key not in wanted:
+            at.pop(key, None)
+        elif _are_tables(old) and _are_tables(new) and key in at:
+            _merge_list(at[key], list(old), list(new))
+        elif isinstance(old, Mapping) and isinstance(new, Mapping):
+            if key not in at:
+                at[key] = tomlkit.inline_table() if isinstance(at, InlineTable) else tomlkit.table()
+            _merge(at[key], old, new)
+        else:
+            inline = isinstance(at.get(key), InlineTable) and isinstance(new, Mapping)
+            at[key] = _as_line(new) if inline else new
 
 
-def _slot(at: Any, part: str) -> int | str:
-    return int(part) if isinstance(at, list) else part
+def _merge_list(at: Any, before: list[Any], wanted: list[Any]) -> None:
+    """Do so in a list of tables: those that are left keep their text."""
+    for number in reversed(range(len(before))):
+        if len(before) > len(wanted) and before[number] not in wanted:
+            del at[number], before[number]
+    del at[len(wanted) :], before[len(wanted) :]
+    for number, (old, new) in enumerate(zip(before, wanted, strict=False)):
+        _merge(at[number], old, new)
+    for new in wanted[len(before) :]:
+        inline = len(at) > 0 and isinstance(at[0], InlineTable)
+        at.append(_as_line(new) if inline else tomlkit.item(new))
+
+
+def _are_tables(value: object) -> TypeGuard[list[Any]]:
+    return isinstance(value, list) and all(isinstance(item, Mapping) for item in value)
+
+
+def _as_line(values: Any) -> InlineTable:
+    line = tomlkit.inline_table()
+    line.update(values)
+    return line

@@ -20,8 +20,9 @@ from rtbow.scene_file import load_scene
 from rtbow.scene_schema import ROOT, Node
 from rtbow.view import look
 from rtbow.view.edits import Edits, Opened
+from rtbow.view.help import draw_help
 from rtbow.view.imgui_render import ImguiRenderer
-from rtbow.view.panel import Panel, draw_help
+from rtbow.view.panel import Panel
 from rtbow.view.proposals import split_path, value_at
 from rtbow.view.rows import Row, rows_of
 from rtbow.view.state import ViewState

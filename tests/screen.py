@@ -17,7 +17,7 @@ from Xlib.protocol import event
 
 PROCESSES: dict[str, int] = {}
 """Of the screens that run, by name."""
-SCREEN_PX = (900, 2600)
+SCREEN_PX = (1000, 2600)
 """Of the screen that tests of the window share."""
 WITHDRAWN, NORMAL, ICONIC = 0, 1, 3  # WM_STATE (ICCCM 4.1.3.1)
 

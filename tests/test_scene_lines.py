@@ -77,6 +77,25 @@ def test_each_key_of_a_long_text_is_found():
     assert [lines.of((f"table{k}", "key")) for k in range(300)] == [3 * k + 3 for k in range(300)]
 
 
+def test_long_statements_take_no_long_time():
+    """Lists over thousands of lines, and texts whose lines look like statements."""
+    numbers = "\n".join("[1.0, 2.0]," for _ in range(20_000))
+    prose = "\n".join("key = 3\n[table]" for _ in range(50))
+    text = f'[a]\nlist = [\n{numbers}\n]\nnext = 1\nprose = """\n{prose}\n"""\nlast = 2\n'
+    lines = Lines(text)
+    assert lines.of(("a", "list", 19_999, 1)) == 2
+    assert lines.of(("a", "next")) == 20_004
+    assert lines.of(("a", "prose")) == 20_005
+    assert lines.of(("a", "last")) == 20_107
+    odd = text.replace(prose, 100 * prose)
+    assert Lines(odd).of(("a", "last")) in (None, 1 + odd.count("\n", 0, odd.index("last =")))
+
+
+@pytest.mark.parametrize("quoted", ['"a b" . c = 1', "'a b'.c=1", '"a b".c    =    1  # = 2'])
+def test_keys_in_quotes(quoted):
+    assert Lines(f"\n[t]\nx = 1\n{quoted}\n").of(("t", "a b", "c")) == 4
+
+
 SCENE = """\
 [camera]
 fov_deg = 60.0

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from rtbow.errors import InputError
 from rtbow.scene_file import builtin_scenes, load_scene, scene_from_text
 from rtbow.scene_rewrite import rewritten
 from rtbow.scene_values import changed_scene
@@ -72,20 +73,79 @@ def test_what_was_not_written_is_added_and_what_is_left_out_goes():
     assert after({"compare": None}, split).count("split") == 0
 
 
-def test_lights_that_come_and_go_are_written(tmp_path):
+POINT = {"type": "point", "position_m": [1.0, 2.0, 3.0], "luminous_flux_lm": 500.0}
+LAMP = TEXT[TEXT.index("[[light]]\ntype") : TEXT.index("# the rain")]
+
+
+def test_lights_that_stay_keep_their_text(tmp_path):
     scene = scene_from_text(TEXT)
-    alone = scene.model_copy(update={"light": scene.light[:1]})
-    found = rewritten(TEXT, alone, tmp_path)
-    assert found is not None
-    assert scene_from_text(found) == alone
-    assert "# measured" not in found or 'type = "point"' not in found
+    sun, lamp = scene.light
+    first = rewritten(TEXT, scene.model_copy(update={"light": (sun,)}), tmp_path)
+    assert first == TEXT.replace(LAMP, "") or "measured" in first
+    assert "luminous_flux_lm" not in first
+    last = rewritten(TEXT, scene.model_copy(update={"light": (lamp,)}), tmp_path)
+    assert "measured" not in last
+    assert LAMP.strip() in last
+    assert "# the rain" in last
+    three = changed_scene(scene, {"light": [*(one.model_dump() for one in scene.light), POINT]})
+    found = rewritten(TEXT, three, tmp_path)
+    assert "measured" in found
+    assert LAMP.strip() in found
+    assert scene_from_text(found) == three
 
 
-def test_text_that_says_something_else_by_now_is_not_trusted(tmp_path):
-    """What cannot be had by replacing values is for the caller to write out whole."""
-    assert rewritten("[camera", scene_from_text(TEXT), tmp_path) is None
-    volume = builtin_scenes()["shower"]
-    scene = load_scene("shower")
-    assert rewritten(volume.read_text(), scene, volume.parent) == volume.read_text()
-    elsewhere = rewritten(volume.read_text(), scene, tmp_path)
-    assert elsewhere is None or scene_from_text(elsewhere, folder=tmp_path) == scene
+def test_a_sun_becomes_a_lamp(tmp_path):
+    found = after({"light.0": POINT})
+    assert found.count('type = "point"') == 2
+    assert "# where I stood" in found
+    assert "altitude_deg" not in found
+
+
+@pytest.mark.parametrize("ending", ["light = [{ altitude_deg = 3.0 }, { altitude_deg = 4.0 }]\n"])
+def test_lights_on_one_line_stay_there(tmp_path, ending):
+    text = ending + TEXT[: TEXT.index("[[light]]")] + TEXT[TEXT.index("# the rain") :]
+    found = after({"light.1": POINT}, text)
+    assert found.startswith("light = [{ altitude_deg = 3.0 }, {")
+    assert after({"light.1.altitude_deg": 5.0}, text) == text.replace("4.0", "5.0")
+
+
+def test_whatever_is_changed_the_text_reads_as_that_scene(tmp_path):
+    """All built-in texts, each changed in ways that people change scenes."""
+    changes = (
+        {"light.0.spectrum": "FL2"}, {"light.0": POINT}, {"camera.fov_deg": 33.0},
+        {"atmosphere.rayleigh": False}, {"scattering.theory": "mie"}, {"render.steps": 50},
+        {"compare": {"split": 0.3, "right": {"camera.fov_deg": 20.0}}}, {"camera.polarizer_deg": 3},
+        {"droplets.radius": {"distribution": "constant", "radius_um": 9.0}},
+    )  # fmt: skip
+    tried = 0
+    for name, path in builtin_scenes().items():
+        text, scene = path.read_text(), load_scene(name)
+        for change in changes:
+            try:
+                changed = changed_scene(scene, change)
+            except InputError:
+                continue
+            found = rewritten(text, changed, path.parent)
+            assert found is not None, (name, change)
+            assert scene_from_text(found, folder=path.parent) == changed
+            first = text.splitlines()[0]
+            assert not first.startswith("#") or found.startswith(first)
+            tried += 1
+    assert tried > 100
+
+
+def test_a_volume_is_named_from_where_the_file_lies(tmp_path):
+    rain = builtin_scenes()["shower"]
+    text = rain.read_text()
+    changed = changed_scene(load_scene("shower"), {"light.0.altitude_deg": 7.5})
+    beside = rewritten(text, changed, rain.parent)
+    assert 'file = "shower.npz"' in beside
+    # Elsewhere the same text would name another file.
+    elsewhere = rewritten(text, changed, tmp_path)
+    assert elsewhere != beside
+    assert scene_from_text(elsewhere, folder=tmp_path) == changed
+
+
+@pytest.mark.parametrize("text", ["[camera", "", "light = 3", "[camera]\nfov_deg = 900.0"])
+def test_text_that_is_no_scene_is_not_changed(text, tmp_path):
+    assert rewritten(text, scene_from_text(TEXT), tmp_path) is None

@@ -41,7 +41,7 @@ def test_a_script_takes_a_screenshot(screen, tmp_path):
     assert result.stderr == ""
     from PIL import Image
 
-    assert Image.open(path).size == WINDOW
+    assert Image.open(path).size == (640 + 340, 600)
 
 
 def test_pictures_are_counted_though_nothing_changes(screen):
@@ -122,7 +122,7 @@ def main():
     scene.write_text(text)
     print(until(lambda: not viewer.state.stale and viewer.settled))
     scene.unlink()
-    print(until(lambda: "no such file any more" in viewer.state.stale))
+    print(until(lambda: "there is no such file" in viewer.state.stale))
     viewer.save_scene(str(scene))
     print(until(lambda: not viewer.state.stale))
     scene.write_text(text)
@@ -299,7 +299,7 @@ def test_a_recovery_that_fails_hides_nothing(screen, tmp_path):
     def fails(*_):
         raise ZeroDivisionError("of ours")
 
-    recovery.scene_text = fails
+    recovery.file_text = fails
     """
     result = acted(screen, tmp_path, textwrap.dedent(fails) + BREAKS)
     assert result.returncode == 3, result.stderr

@@ -333,3 +333,46 @@ def test_a_file_that_somebody_else_has_changed_is_not_replaced(tmp_path: Path):
         edits.save(path)
     edits.save(path, replace=True)
     assert load_scene(path).camera.fov_deg == 53.0
+
+
+COMMENTED = """\
+# My evening
+[camera]
+fov_deg = 60.0 # a wide lens
+
+[[light]]
+altitude_deg = 12.5 # measured
+
+# the rain
+[droplets]
+box_m = [[-200.0, 100.0, 0.0], [200.0, 300.0, 200.0]]
+radius = { distribution = "constant", radius_um = 300.0 }
+density = { number_per_m3 = 1000.0 }
+"""
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_saving_over_a_file_changes_its_values_alone(tmp_path: Path, ends: str):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(COMMENTED.replace("\n", ends).encode())
+    edits = Edits(opened(str(path)))
+    edits.change({"light.0.altitude_deg": 3.25})
+    edits.save(path)
+    expected = COMMENTED.replace("altitude_deg = 12.5", "altitude_deg = 3.25").replace("\n", ends)
+    assert path.read_bytes() == expected.encode()
+    edits.save(tmp_path / "other.toml")
+    assert (tmp_path / "other.toml").read_bytes() == expected.encode()
+
+
+def test_the_question_tells_whose_file_it_is(tmp_path: Path):
+    path, other = tmp_path / "mine.toml", tmp_path / "other.toml"
+    path.write_text(COMMENTED)
+    other.write_text(COMMENTED)
+    edits = Edits(opened(str(path)))
+    assert not edits.replaces(path)
+    path.write_text(COMMENTED + "# somebody else\n")
+    assert edits.replaces(path)
+    assert "changed by somebody else" in edits.question(path)
+    assert "not opened here" in edits.question(other)
+    with pytest.raises(InputError, match="changed by somebody else"):
+        edits.save(path)

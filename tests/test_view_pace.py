@@ -259,3 +259,17 @@ def test_other_steps():
     assert rested(pace, device, now)[0] == [1.0]
     only = Pace(TARGET, steps=(1.0,))
     assert set(move(only, device, 20)[0]) == {1.0}
+
+
+def test_while_a_frame_is_drawn_nothing_is_due_but_what_it_gives_way_to():
+    pace = Pace(TARGET)
+    pace.change(0.0)
+    assert pace.due_in_s(0.0) == pytest.approx(0.25)
+    pace.next_order(0.0)
+    assert pace.due_in_s(0.1) is None
+    assert pace.due_in_s(10.0) is None
+    pace.change(10.0)  # the frame under way is late: it gives way at once
+    assert pace.due_in_s(10.0) == 0.0
+    assert pace.next_order(10.0) is not None
+    pace.change(10.1)
+    assert 0.0 < pace.due_in_s(10.2) < 4.0

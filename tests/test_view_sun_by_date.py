@@ -105,3 +105,14 @@ def test_a_wrong_date_or_place_is_refused(uniform, path, text):
     assert uniform.panel.ui.drafts[path].message
     assert uniform.edits.scene is before
     assert is_red(uniform, path)
+
+
+@pytest.mark.parametrize("name", ["latitude", "longitude", "offset"])
+def test_a_whole_number_is_a_number_like_others(uniform, name):
+    uniform.click("by date.use", 0.1)
+    for text, value in (("7", 7.0), ("8.5", 8.5), ("9", 9.0)):
+        uniform.enter(f"by date.{name}", text)
+        attribute = {"offset": "offset_h"}.get(name, f"{name}_deg")
+        assert getattr(uniform.panel.sun, attribute) == value
+    uniform.drag(f"by date.{name}", 0.5, 0.6)
+    assert getattr(uniform.panel.sun, attribute) != 9.0

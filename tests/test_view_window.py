@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,7 +15,8 @@ from pathlib import Path
 import glfw
 import numpy as np
 import pytest
-from imgui_bundle import imgui
+from imgui_bundle import imgui, implot
+from PIL import Image
 from pydantic import BaseModel
 from screen import ICONIC, NORMAL, SCREEN_PX, Hands
 
@@ -22,13 +26,16 @@ import rtbow.scene_file
 from rtbow.bench_memory import PeakMemory
 from rtbow.display import display
 from rtbow.errors import UnavailableError
+from rtbow.reference import spectral_radiance_along
 from rtbow.scene_file import load_scene
+from rtbow.scene_values import changed_scene
 from rtbow.view.app import Viewer
 from rtbow.view.edits import Opened
 from rtbow.view.messages import Failed
 from rtbow.view.navigate import antisolar
 from rtbow.view.pace import Order
 from rtbow.view.projection import View
+from rtbow.view.readout import read_pixel
 from rtbow.view.rows import rows_of
 
 SIZE = (320, 180)
@@ -117,6 +124,7 @@ def session(screen: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[S
         patch.chdir(tmp_path_factory.mktemp("current"))  # where unsaved scenes are kept
         viewer, hands = Viewer(opened("uniform")), Hands(screen)
         glfw.set_window_pos(viewer.stage.window.handle, 0, 0)
+        glfw.set_window_size(viewer.stage.window.handle, *WINDOW)
         yield Session(viewer, hands)
         viewer.close()
         hands.close()
@@ -327,10 +335,45 @@ def test_what_is_under_the_cursor_is_read_and_marked(live):
     live.steps(2)
     live.hands.button(False, 3)
     live.until(lambda: live.viewer.state.spectrum is not None)
-    nm, radiance = live.viewer.state.spectrum
-    assert nm[0] >= 380.0
-    assert nm[-1] <= 780.0
-    assert radiance.max() > 0.0
+    _, radiance = live.viewer.state.spectrum
+    seen = read_pixel(
+        live.viewer.frame_rgb, live.viewer.edits.scene, SIZE, (SIZE[0] / 2, SIZE[1] / 2)
+    )
+    fine = changed_scene(live.viewer.edits.scene, {"render.wavelength_step_nm": 1.0})
+    (expected,) = spectral_radiance_along(fine, seen.direction[None])
+    np.testing.assert_allclose(radiance, expected, rtol=1e-9)
+    assert expected.max() > 0.0
+
+
+def test_a_spectrum_is_of_before_only_once_the_light_has_changed(live):
+    viewer = live.viewer
+    x, y = live.middle()
+    live.move(x, y)
+    live.hands.button(True, 3)
+    live.steps(2)
+    live.hands.button(False, 3)
+    live.until(lambda: viewer.state.spectrum is not None)
+    seen: list[str] = []
+    begin = implot.begin_plot
+
+    def titled(title: str, *args: object) -> bool:
+        seen.append(title)
+        return begin(title, *args)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(implot, "begin_plot", titled)
+        live.steps(2)
+        for change in ({"camera.azimuth_deg": 2.0}, {"render.max_delta_e": 1.0}):
+            viewer.change(change)
+            live.settle()
+        live.tap("v")
+        live.settle()
+        assert seen
+        assert not [title for title in seen if "before the change" in title]
+        viewer.change({"light.0.altitude_deg": 11.0})
+        live.settle()
+        live.steps(2)
+        assert "before the change" in seen[-2] + seen[-1]
 
 
 def test_the_split_bar_is_dragged(live):
@@ -465,7 +508,7 @@ def test_escape_closes_what_is_open_and_only_then_the_window(live):
     live.steps(4)
 
 
-def test_a_change_never_stops_the_window(live):
+def test_a_change_never_stops_the_window(live, no_rendering):
     """Steps of the loop while tables are built anew elsewhere; seconds would be a frozen window."""
     local = {"distribution": "normal", "mean_um": 310.0, "std_um": 40.0, "mixing": "local"}
     changes: list[dict[str, object]] = [
@@ -476,8 +519,8 @@ def test_a_change_never_stops_the_window(live):
     live.viewer.state.overlays.add("false")
     times = []
     for change in changes:
-        assert live.viewer.change(change) == ""
         begun = time.perf_counter()
+        assert live.viewer.change(change) == ""
         while not live.viewer.settled:
             assert sum(times) < PATIENCE_S, change
             live.viewer.step()
@@ -502,6 +545,26 @@ def test_undo_redo_and_the_command(live):
     assert not live.viewer.edits.changes
     live.tap("z", "Control_L", "Shift_L")
     assert live.viewer.edits.changes == {"light.0.altitude_deg": 12.0}
+
+
+def test_the_command_makes_the_very_file_that_is_saved(live, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    viewer = live.viewer
+    viewer.state.method, viewer.state.exposure_ev = "spectral", 12.3456789
+    viewer.save_frame(("saved.exr", "saved.png"))
+    words = shlex.split(viewer.command("-o", "again.exr", "-o", "again.png"))
+    viewer.state.method = "auto"
+    assert words[:3] == ["rtbow", "render", "uniform"]
+    assert "12.3456789" in words
+    live.until(lambda: not viewer.jobs.saving)
+    subprocess.run([sys.executable, "-m", *words], check=True, timeout=PATIENCE_S)
+    np.testing.assert_array_equal(
+        rtbow.image.read_exr(tmp_path / "saved.exr")[0],
+        rtbow.image.read_exr(tmp_path / "again.exr")[0],
+    )
+    np.testing.assert_array_equal(
+        np.array(Image.open("saved.png")), np.array(Image.open("again.png"))
+    )
 
 
 def test_saved_frame_and_scene_give_the_same_picture(live, tmp_path, monkeypatch):
@@ -715,10 +778,16 @@ def test_full_screen_and_back(live):
 
 def test_a_thousand_pictures_take_no_memory(live):
     viewer = live.viewer
-    first = 0.0
+    first = 0.0, 0.0
     for k in range(1100):
         viewer.change({"light.0.altitude_deg": 10.0 + 5.0 * np.sin(0.05 * k)}, "turn")
         live.steps(1)
-        if k == 100:
-            first = PeakMemory().start_mib
-    assert PeakMemory().start_mib - first < 5.0
+        if k == 200:
+            first = PeakMemory().start_mib, resident_mib(viewer._worker.process_id)
+    assert PeakMemory().start_mib - first[0] < 5.0
+    assert resident_mib(viewer._worker.process_id) - first[1] < 5.0  # nor in the one that renders
+
+
+def resident_mib(process: int) -> float:
+    status = Path(f"/proc/{process}/status").read_text()
+    return float(status.split("VmRSS:")[1].split()[0]) / 1024.0

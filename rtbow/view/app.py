@@ -17,6 +17,7 @@ from rtbow.scene import Scene
 from rtbow.scene_file import DEFAULT_SCENE
 from rtbow.scene_values import changed_scene, values_of
 from rtbow.view.edits import Edits, Opened
+from rtbow.view.help import draw_help
 from rtbow.view.hud import Hud
 from rtbow.view.messages import (
     DrawFrame,
@@ -29,7 +30,7 @@ from rtbow.view.messages import (
 )
 from rtbow.view.names import free_name
 from rtbow.view.pace import Order, Pace
-from rtbow.view.panel import Panel, draw_help
+from rtbow.view.panel import Panel
 from rtbow.view.recovery import Recovered
 from rtbow.view.scene_files import SceneFiles
 from rtbow.view.side_jobs import SideJobs
@@ -137,11 +138,9 @@ class Viewer:
         busy = bool(self._orders) or self.jobs.busy
         quick = busy or bool(state.linger) or self.steering.moving
         patience = _BUSY_S if quick else _PATIENCE_S
-        begun = time.perf_counter()
-        if begun - self._stepped_s < _LEAST_STEP_S:
-            time.sleep(_LEAST_STEP_S - (begun - self._stepped_s))
-        self._stepped_s = begun
-        due = self._pace.due_in_s(begun)
+        time.sleep(max(self._stepped_s + _LEAST_STEP_S - time.perf_counter(), 0.0))
+        self._stepped_s = time.perf_counter()
+        due = self._pace.due_in_s(self._stepped_s)
         self.stage.window.wait(patience if due is None else min(patience, due))
         now = time.perf_counter()
         self._hear(now)
@@ -360,8 +359,11 @@ class Viewer:
         """Give the command line that makes the picture again."""
         own = [] if self.state.method == "auto" else ["--method", self.state.method]
         if self.state.exposure_ev is not None:
-            own += ["--exposure", f"{self.state.exposure_ev:g}"]
-        return self.edits.command("render", *own, *(options or ("-o", "bow.exr", "-o", "bow.png")))
+            own += ["--exposure", repr(self.state.exposure_ev)]
+        if not options:
+            name = self._free_name(*FRAME_SUFFIXES)
+            options = tuple(word for end in FRAME_SUFFIXES for word in ("-o", f"{name}{end}"))
+        return self.edits.command("render", *own, *options)
 
     def copy_command(self) -> None:
         """Put the command line that makes the picture again on the clipboard."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -154,6 +153,12 @@ class Edits:
         own = self._own.get(os.path.realpath(path))
         return own is None or own != _content(path)
 
+    def question(self, path: Path) -> str:
+        """Say what saving there would replace, where :meth:`replaces` tells that it would."""
+        if os.path.realpath(path) in self._own:
+            return f"{path}: has been changed by somebody else since it was read here"
+        return f"{path}: there is such a file, which was not opened here"
+
     def save(self, path: Path, *, replace: bool = False) -> None:
         """Write the scene as TOML, which loads to the same picture.
 
@@ -172,25 +177,11 @@ class Edits:
         if path.suffix.lower() != ".toml":
             raise InputError(f"{path}: is not a scene file; write a name that ends with .toml")
         if self.replaces(path) and not replace:
-            ours = os.path.realpath(path) in self._own
-            what = (
-                "has been changed by somebody else since it was read here"
-                if ours
-                else "there is such a file, which was not opened here"
-            )
-            raise InputError(f"{path}: {what}; choose another name, or replace it")
-        write_atomic(path, self._text(path.absolute().parent).encode())
+            raise InputError(f"{self.question(path)}; choose another name, or replace it")
+        text = file_text(self.opened, self.scene, path.absolute().parent)
+        write_atomic(path, text.encode())
         self._know(path)
         self._now_from(Opened(self.scene, str(path)))
-
-    def _text(self, folder: Path) -> str:
-        """Give the scene as TOML for a file that lies in a folder."""
-        before = ""
-        if self.opened.file is not None:
-            with suppress(OSError, ValueError):
-                before = self.opened.file.read_text(encoding="utf-8-sig")
-        found = rewritten(before, self.scene, folder) if before else None
-        return _first_comments(before) + scene_text(self.scene, folder) if found is None else found
 
     def command(self, verb: str = "render", *options: str) -> str:
         """Give the command line that makes the picture again.
@@ -209,6 +200,26 @@ class Edits:
         for change in differences(file, self.scene).items():
             words += ["--set", typed_override(*change)]
         return shlex.join([*words, *options])
+
+
+def file_text(opened: Opened, scene: Scene, folder: Path) -> str:
+    """Give a scene as TOML for a file.
+
+    Args:
+        opened: where the scene came from; a file's comments, order and line ends are kept.
+        scene: as it is now.
+        folder: where the file will lie: paths in it are written relative to it.
+    """
+    before = _content(opened.file) if opened.file is not None else None
+    try:
+        text = before.decode("utf-8-sig") if before else ""
+    except UnicodeDecodeError:
+        text = ""
+    lines = text.replace("\r\n", "\n")
+    found = rewritten(lines, scene, folder) if lines else None
+    if found is None:
+        found = _first_comments(lines) + scene_text(scene, folder)
+    return found.replace("\n", "\r\n") if "\r\n" in text else found
 
 
 def _content(file: Path) -> bytes | None:

@@ -9,16 +9,17 @@ from rtbow.view.state import OVERLAYS, ViewState
 
 _KEYS = (
     ("drag", "look around"),
-    ("W A S D Q E", "fly; with Shift faster"),
+    ("W A S D Q E", "fly ahead, left, back, right, down, up; with Shift faster"),
     ("wheel", "zoom"),
     ("double-click", "centre the antisolar point"),
     ("right-click", "spectrum at a point"),
     ("Tab", "panel on and off"),
-    ("V", "split the picture"),
+    ("V", "split the picture; drag the white bar to move it"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+S", "save the scene"),
     ("Ctrl+E", "save a frame"),
     ("Ctrl+C", "copy the command"),
+    ("drop a file", "open a scene (.toml)"),
     ("F1, F11", "these keys, full screen"),
     ("Esc", "close what is open, then quit"),
 )

@@ -14,8 +14,15 @@ from rtbow.arrays import Array, Float32
 from rtbow.scene import Scene
 from rtbow.view import look
 from rtbow.view.overlays import Overlay, box_of, overlays
-from rtbow.view.projection import part_views
-from rtbow.view.readout import PixelReadout, Profile, profile, read_pixel, text_of
+from rtbow.view.projection import part_views, whole_size
+from rtbow.view.readout import (
+    PixelReadout,
+    Profile,
+    number_text,
+    profile,
+    read_pixel,
+    text_of,
+)
 from rtbow.view.state import ViewState
 
 if TYPE_CHECKING:
@@ -36,6 +43,8 @@ _BAR_REACH = 6.0
 """Half width of the split bar's handle."""
 _PLOT_SIZE = (20.0, 10.0)
 """Of a plot, in letters' heights, at most; a small picture has smaller ones."""
+_PLOT_SHARE = 0.32
+"""Of the picture's width and height, at most."""
 _PROFILE_POINTS = 256
 _SETTLING = 4
 """Frames in which a window finds its size."""
@@ -97,6 +106,8 @@ class Hud:
         self._read: tuple[object, PixelReadout | None] = (None, None)
         self._cuts: tuple[object, Profile | None] = (None, None)
         self._plotted = 0
+        self._plots_px = (0.0, 0.0)
+        self._boxes: list[Area] = []
 
     def box_m(self, scene: Scene) -> Array:
         """Give the rain's corners (2, 3); about the eye where a file does not tell."""
@@ -135,7 +146,7 @@ class Hud:
             return
         mouse = imgui.get_io().mouse_pos
         place = mouse.x - area[0], mouse.y - area[1]
-        reading = read_pixel(host.frame_rgb, frame.scene, _size(area), place)
+        reading = read_pixel(host.frame_rgb, frame.scene, whole_size(area), place)
         self._take(host, reading.scene, reading.direction)
 
     def _take(self, host: Host, scene: Scene, direction: Array) -> None:
@@ -161,6 +172,7 @@ class Hud:
         self._draw_bar(canvas, host, area)
         self._draw_mark(canvas, host, area)
         canvas.pop_clip_rect()
+        self._boxes.clear()
         self._draw_legend(host, area)
         below = self._draw_notes(host, area)
         if frame is not None and host.state.readout_open:
@@ -176,7 +188,7 @@ class Hud:
         names = host.state.overlays & {"circles", "grid", "box"}
         if not names:
             return
-        size, orders = _size(area), host.state.circle_orders
+        size, orders = whole_size(area), host.state.circle_orders
         key = scene, size, frozenset(names), orders
         if self._lines[0] != key:
             self._lines = key, overlays(scene, size, names, orders=orders)
@@ -186,7 +198,7 @@ class Hud:
             for line in one.lines:
                 points: list[Any] = [imgui.ImVec2(x, y) for x, y in (line + origin).tolist()]
                 canvas.add_polyline(points, colour, 1.2, 0)
-        taken: list[Area] = []
+        taken = list(self._boxes)  # where they were in the last picture
         for one in self._lines[1]:
             if one.at is not None and one.label:
                 _label(canvas, area, one.at, one.label, _line_colour(one), taken)
@@ -206,7 +218,7 @@ class Hud:
         frame = host.state.frame
         if self._mark is None or frame is None:
             return None
-        for part, view in part_views(frame.scene, _size(area)):
+        for part, view in part_views(frame.scene, whole_size(area)):
             (x, y), seen = view.pixels(self._mark.direction)
             if seen:
                 return part, (float(x), float(y))
@@ -235,21 +247,25 @@ class Hud:
                 high = imgui.ImVec2(at.x + k + 1.0, at.y + height)
                 canvas.add_rect_filled(low, high, imgui.get_color_u32(colour))
             imgui.dummy(imgui.ImVec2(width, height))
-            imgui.text(f"{10.0 ** ends[0]:.2g}")
-            top = f"{10.0 ** ends[1]:.3g}"
+            imgui.text(number_text(10.0 ** ends[0], 3))
+            top = number_text(10.0 ** ends[1], 3)
             imgui.same_line(width - imgui.calc_text_size(top).x)
             imgui.text(top)
 
-        _box("##legend", (area[0] + 8.0, area[1] + area[3] - 8.0), (0.0, 1.0), content)
+        at = area[0] + 8.0, area[1] + area[3] - 8.0
+        self._boxes.append(_box("##legend", at, (0.0, 1.0), content))
 
     def _draw_notes(self, host: Host, area: Area) -> float:
-        """What is wrong with the scene, over the last good picture; the rest is the panel's.
+        """What is wrong with the scene, over the last good picture, and what has been done.
+
+        Mistakes of single steps are the panel's, where it is open.
 
         Returns:
             Where the place below begins.
         """
         state = host.state
         alone = not state.panel_open
+        notices = [n for n in state.notices if alone or n.severity == "info"]
 
         def content() -> None:
             imgui.push_text_wrap_pos(max(area[2] - 40.0, 100.0))
@@ -258,15 +274,17 @@ class Hud:
             if alone and state.progress is not None:
                 share, what = state.progress
                 imgui.progress_bar(share, imgui.ImVec2(220.0, 0.0), f"{what}: {share:.0%}")
-            for notice in state.notices if alone else ():
+            for notice in notices:
                 colour = look.ERROR if notice.severity == "error" else look.TEXT
                 imgui.text_colored(colour, notice.text)
             imgui.pop_text_wrap_pos()
 
         top = area[1] + 8.0
-        if not (state.stale or (alone and (state.progress is not None or state.notices))):
+        if not (state.stale or notices or (alone and state.progress is not None)):
             return top
-        return top + _box("##notes", (area[0] + 0.5 * area[2], top), (0.5, 0.0), content) + 4.0
+        box = _box("##notes", (area[0] + 0.5 * area[2], top), (0.5, 0.0), content)
+        self._boxes.append(box)
+        return top + box[3] + 4.0
 
     # --- what is under the cursor -------------------------------------------------------------
 
@@ -278,7 +296,7 @@ class Hud:
             return
         key = frame.number, place
         if self._read[0] != key:
-            self._read = key, read_pixel(host.frame_rgb, frame.scene, _size(area), place)
+            self._read = key, read_pixel(host.frame_rgb, frame.scene, whole_size(area), place)
         reading = self._read[1]
         if reading is None:
             return
@@ -292,7 +310,7 @@ class Hud:
                 imgui.same_line(widest + 1.5 * imgui.get_font_size())
                 imgui.text(value)
 
-        _box("##readout", (area[0] + 8.0, top), (0.0, 0.0), content)
+        self._boxes.append(_box("##readout", (area[0] + 8.0, top), (0.0, 0.0), content))
 
     def _draw_plots(self, host: Host, area: Area) -> None:
         mark, marked = self._mark, self._marked(host, area)
@@ -306,10 +324,10 @@ class Hud:
         _, kept = imgui.begin("at the marked point", True, flags)
         unit = imgui.get_font_size()
         width, height = (
-            min(_PLOT_SIZE[0] * unit, 0.45 * area[2]),
-            min(_PLOT_SIZE[1] * unit, 0.45 * area[3]),
+            min(side * unit, _PLOT_SHARE * room)
+            for side, room in zip(_PLOT_SIZE, area[2:], strict=True)
         )
-        earlier = marked is not None and marked[0] != mark.scene
+        earlier = marked is not None and not _alike(marked[0], mark.scene)
         self._draw_spectrum(host, imgui.ImVec2(width, height), earlier=earlier)
         cut = self._cut(host, area, marked[1]) if marked is not None else None
         if cut is not None:
@@ -320,6 +338,9 @@ class Hud:
                 implot.end_plot()
         if marked is not None and earlier and imgui.button("take it of the scene as it is now"):
             self._take(host, marked[0], mark.direction)
+        size = imgui.get_window_size()
+        if (size.x, size.y) != self._plots_px:  # a button has come or gone
+            self._plots_px, self._plotted = (size.x, size.y), 0
         imgui.end()
         if not kept:
             self.unmark()
@@ -344,16 +365,19 @@ class Hud:
         """Take the cut through the mark anew when the frame or the mark's place has changed."""
         frame = host.state.frame
         assert frame is not None
-        key = frame.number, place, _size(area)
+        key = frame.number, place, whole_size(area)
         if self._cuts[0] != key and host.frame_rgb is not None:
-            cut = profile(host.frame_rgb, frame.scene, _size(area), place, _PROFILE_POINTS)
+            cut = profile(host.frame_rgb, frame.scene, whole_size(area), place, _PROFILE_POINTS)
             self._cuts = key, cut
         return self._cuts[1]
 
 
-def _size(area: Area) -> tuple[int, int]:
-    """Width and height of the view in whole units."""
-    return round(area[2]), round(area[3])
+def _alike(scene: Scene, other: Scene) -> bool:
+    """Whether two scenes send the same light to an eye: how it looks and is split is no matter."""
+    eye = {"camera": other.camera, "compare": other.compare, "render": other.render}
+    same_eye = scene.camera.position_m == other.camera.position_m
+    same_filter = scene.camera.polarizer_deg == other.camera.polarizer_deg
+    return same_eye and same_filter and scene.model_copy(update=eye) == other
 
 
 def _contiguous(values: Array) -> Array:
@@ -400,12 +424,12 @@ def _meet(a: Area, b: Area) -> bool:
 
 def _box(
     name: str, at: tuple[float, float], pivot: tuple[float, float], content: Callable[[], None]
-) -> float:
-    """Draw a small box of text over the picture; give its height, known from its second frame."""
+) -> Area:
+    """Draw a small box of text over the picture; give its area, known from its second frame."""
     imgui.set_next_window_pos(imgui.ImVec2(*at), imgui.Cond_.always, imgui.ImVec2(*pivot))
     imgui.set_next_window_bg_alpha(0.85)
     imgui.begin(name, None, _FLAGS)
     content()
-    height = float(imgui.get_window_height())
+    place, size = imgui.get_window_pos(), imgui.get_window_size()
     imgui.end()
-    return height
+    return float(place.x), float(place.y), float(size.x), float(size.y)

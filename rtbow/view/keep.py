@@ -11,7 +11,7 @@ from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
 from rtbow.view.names import free_name
 from rtbow.view.rows import Row, own_row
-from rtbow.view.state import Actions
+from rtbow.view.state import Actions, ViewState
 from rtbow.view.ui import Ui
 
 _FRAME = own_row(
@@ -37,34 +37,35 @@ class Keep:
         self._actions = actions
         self._typed: dict[str, str] = {}
         self._scene: str | None = None
-        self._asked: str | None = None
         self._free: dict[tuple[str, ...], tuple[float, str]] = {}
         self._suffixes = dict.fromkeys(FRAME_SUFFIXES, True)
 
-    def draw(self, ui: Ui, edits: Edits) -> None:
+    def draw(self, ui: Ui, edits: Edits, state: ViewState) -> None:
         """Draw the fields and buttons."""
         if edits.opened.name != self._scene:
             self._scene = edits.opened.name
             self._typed.clear()
-            self._asked = None
+            state.replacing = ""
         stem = Path(self._scene or "default").stem
         file = edits.opened.file
-        self._draw_frame(ui, stem)
+        self._draw_frame(ui, state, stem)
         free = f"{self._free_name(stem, ('.toml',))}.toml"
-        name = self._field(ui, _SCENE, str(file) if file else free)
+        name = self._field(ui, state, _SCENE, str(file) if file else free)
         imgui.set_cursor_pos_x(ui.value_x)
         if imgui.button("Save scene", imgui.ImVec2(ui.value_width, 0.0)):
-            self._save(edits, name if name.lower().endswith(".toml") else f"{name}.toml")
+            path = name if name.lower().endswith(".toml") else f"{name}.toml"
+            if edits.replaces(Path(path)):
+                state.replacing = path
+            else:
+                self._actions.save_scene(path)
         ui.note("keep/save scene")
-        if self._asked is not None:
-            self._ask(ui, self._asked)
         if imgui.button("Copy command", imgui.ImVec2(ui.right_edge - ui.left, 0.0)):
             self._actions.copy_command()
         ui.note("keep/copy command")
         imgui.set_item_tooltip("The command line that makes this picture again (Ctrl+C)")
 
-    def _draw_frame(self, ui: Ui, stem: str) -> None:
-        name = self._field(ui, _FRAME, self._free_name(stem, FRAME_SUFFIXES))
+    def _draw_frame(self, ui: Ui, state: ViewState, stem: str) -> None:
+        name = self._field(ui, state, _FRAME, self._free_name(stem, FRAME_SUFFIXES))
         for suffix, on in self._suffixes.items():
             self._suffixes[suffix] = imgui.checkbox(f"{suffix}##keep", on)[1]
             ui.note(f"keep/{suffix}")
@@ -79,30 +80,28 @@ class Keep:
         imgui.end_disabled()
         ui.note("keep/save frame")
 
-    def _save(self, edits: Edits, path: str) -> None:
-        self._asked = path if edits.replaces(Path(path)) else None
-        if self._asked is None:
-            self._actions.save_scene(path)
-
-    def _ask(self, ui: Ui, path: str) -> None:
-        """Ask whether another file shall be replaced."""
-        ui.wrapped(f"{path}: there is such a file, which was not opened here.", look.WARNING)
+    def draw_question(self, ui: Ui, edits: Edits, state: ViewState) -> None:
+        """Ask whether a file shall be replaced, if that is the question."""
+        path = state.replacing
+        if not path:
+            return
+        ui.wrapped(f"{edits.question(Path(path))}.", look.WARNING)
         width = (ui.right_edge - ui.left - ui.gap) / 2
         for name in ("Replace it", "Leave it"):
             if imgui.button(name, imgui.ImVec2(width, 0.0)):
-                self._asked = None
+                state.replacing = ""
                 if name == "Replace it":
                     self._actions.save_scene(path, replace=True)
             ui.note(f"keep/{name.lower()}")
             imgui.same_line(0.0, ui.gap)
         imgui.new_line()
 
-    def _field(self, ui: Ui, row: Row, default: str) -> str:
+    def _field(self, ui: Ui, state: ViewState, row: Row, default: str) -> str:
         """Draw a field for a name; give the name."""
 
         def take(value: object, gesture: object) -> str:
             self._typed[row.path] = str(value).strip()
-            self._asked = None
+            state.replacing = ""
             return ""
 
         name = self._typed.get(row.path, default)

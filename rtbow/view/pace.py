@@ -115,12 +115,18 @@ class Pace:
         return order
 
     def due_in_s(self, now_s: float) -> float | None:
-        """Give the time until the full picture is to be asked for; None if it is not to be."""
-        shown = self._shown
+        """Give the time until another picture is to be asked for; None if none is before a frame
+        has come or the scene has changed."""
+        shown, waiting = self._shown, self._under_way
         done = shown is not None and shown.state == self._state and shown.scale >= self._steps[-1]
         if done or self.sharpening or self._changed_s is None:
             return None
-        return max(self._changed_s + self._settle_s - now_s, 0.0)
+        due_s = self._changed_s + self._settle_s
+        if waiting is not None:
+            if waiting.state == self._state:
+                return None
+            due_s = self._asked_s + self._gives_way_s
+        return max(due_s - now_s, 0.0)
 
     def drawn(self, order: Order, seconds: float) -> None:
         """Take over that a frame is shown, and how long it took."""

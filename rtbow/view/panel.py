@@ -13,7 +13,6 @@ from rtbow.scene import Scene
 from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
 from rtbow.view.gallery import Gallery
-from rtbow.view.help import draw_help as draw_help
 from rtbow.view.keep import Keep
 from rtbow.view.overlays import ORDERS
 from rtbow.view.proposals import RIGHT, Proposals
@@ -119,6 +118,7 @@ class Panel:
         ui = self.ui
         ui.begin()
         self._status.draw(ui, state)
+        self._keep.draw_question(ui, edits, state)
         self._history(edits)
         right = self._proposals.right
         if right:
@@ -129,7 +129,7 @@ class Panel:
             if self._section(title, self._heading(title)):
                 self._scene_section(title, keys, edits, state)
         if self._section("Keep"):
-            self._keep.draw(ui, edits)
+            self._keep.draw(ui, edits, state)
         if right:
             imgui.pop_style_color(len(_RIGHT_COLOURS))
         ui.end()

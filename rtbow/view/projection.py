@@ -213,6 +213,11 @@ def _across(axis: Array, towards: Array) -> Array:
     return floats(across / length)
 
 
+def whole_size(area: tuple[float, float, float, float]) -> tuple[int, int]:
+    """Give the width and height, the last two numbers of an area, in whole units."""
+    return round(area[2]), round(area[3])
+
+
 def part_views(scene: Scene, size_px: tuple[int, int]) -> tuple[tuple[Scene, View], ...]:
     """Give the scenes that share a picture, each with its view.
 

@@ -114,7 +114,7 @@ def text_of(reading: PixelReadout) -> list[tuple[str, str]]:
             first, last = (f"{angle:.2f}°" for angle in light.scattering_deg)
             value = first if first == last else f"{first} to {last}"
             found.append((f"scattering {number}".rstrip(), value))
-    found.append(("luminance", f"{_number(reading.luminance)} cd/m²"))
+    found.append(("luminance", f"{number_text(reading.luminance)} cd/m²"))
     if reading.xy is not None and reading.uv is not None:
         found.append(("x, y", "{:.4f}, {:.4f}".format(*reading.xy)))
         found.append(("u', v'", "{:.4f}, {:.4f}".format(*reading.uv)))
@@ -277,15 +277,15 @@ def _bilinear(frame: Frame, view: View, pixels: Array) -> Array:
 def distance_text(metres: float) -> str:
     """Give a distance with its unit: metres to a kilometre, then kilometres."""
     if metres < 1000.0:
-        return f"{_number(metres)} m"
-    return f"{_number(metres / 1000.0)} km"
+        return f"{number_text(metres)} m"
+    return f"{number_text(metres / 1000.0)} km"
 
 
-def _number(value: float) -> str:
-    """Give a number to four digits, without an exponent where that reads well."""
+def number_text(value: float, digits: int = 4) -> str:
+    """Give a number to some digits, without an exponent where that reads well."""
     if value == 0.0:
         return "0"
     if not 1e-3 <= abs(value) < 1e6:
-        return f"{value:.3e}"
+        return f"{value:.{digits - 1}e}"
     before_point = int(np.floor(np.log10(abs(value)))) + 1
-    return f"{value:,.{max(4 - before_point, 0)}f}"
+    return f"{value:,.{max(digits - before_point, 0)}f}"

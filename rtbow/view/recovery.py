@@ -15,8 +15,9 @@ from pathlib import Path
 
 from rtbow.files import write_atomic
 from rtbow.scene import Scene
-from rtbow.scene_values import differences, scene_text
-from rtbow.view.edits import Edits, Opened
+from rtbow.scene_file import DEFAULT_SCENE
+from rtbow.scene_values import differences
+from rtbow.view.edits import Edits, Opened, file_text
 from rtbow.view.names import free_name
 
 KEEP_AFTER_S = 1.5
@@ -63,6 +64,17 @@ class Recovered:
         return edits.command("view")
 
 
+def recovered_path(opened: Opened, folder: Path | None = None) -> Path:
+    """Give the file that holds what was not saved of a scene, the first of such.
+
+    Args:
+        opened: where the scene came from.
+        folder: where the file lies; beside the scene's own by default, else in the current one.
+    """
+    beside = opened.file.parent if opened.file is not None else Path()
+    return (folder or beside) / f"{Path(opened.name or DEFAULT_SCENE).stem}-recovered.toml"
+
+
 class Recovery:
     """Keeps unsaved scenes in files ``NAME-recovered.toml``, one for each that was opened.
 
@@ -79,6 +91,10 @@ class Recovery:
         before = self._kept.get(id(opened))
         kept = self._kept[id(opened)] = _Kept(opened, scene)
         self._thread.submit(_write, kept, before)
+
+    def keeps(self, path: Path) -> bool:
+        """Whether a file is one of those."""
+        return any(kept.path == path for kept in self._kept.values())
 
     def forget(self, opened: Opened) -> None:
         """Remove what was kept of a scene: it is saved, or as it was opened."""
@@ -112,7 +128,6 @@ def _write(kept: _Kept, before: _Kept | None) -> None:
     """Write a scene, to the file of the one before if there is one."""
     if before is not None:
         kept.path = before.path
-    stem = f"{Path(kept.opened.name or 'default').stem}-recovered"
     beside = kept.opened.file
     folders = [Path(), Path(tempfile.gettempdir())]
     if beside is not None:
@@ -123,11 +138,11 @@ def _write(kept: _Kept, before: _Kept | None) -> None:
         own = kept.path is not None and kept.path.parent == folder
         path = kept.path if own else None
         if path is None:
-            path = folder / f"{stem}.toml"
+            path = recovered_path(kept.opened, folder)
             if os.path.lexists(path):
-                path = folder / f"{free_name(stem, ('.toml',), folder)}.toml"
+                path = folder / f"{free_name(path.stem, (path.suffix,), folder)}.toml"
         try:
-            write_atomic(path, scene_text(kept.scene, folder.absolute()).encode())
+            write_atomic(path, file_text(kept.opened, kept.scene, folder.absolute()).encode())
         except Exception as error:
             kept.problem = kept.problem or str(error)
             continue

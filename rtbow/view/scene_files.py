@@ -10,7 +10,7 @@ from rtbow.resources import resource_dir
 from rtbow.scene_file import DEFAULT_SCENE, builtin_scenes, load_scene, parse_set
 from rtbow.scene_values import scene_files
 from rtbow.view.edits import Edits, Opened
-from rtbow.view.recovery import KEEP_AFTER_S, Recovered, Recovery
+from rtbow.view.recovery import KEEP_AFTER_S, Recovered, Recovery, recovered_path
 from rtbow.view.watch import Watch
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ class SceneFiles:
         self._changed_s: float | None = None
         self.count = 1
         self._follow(anew=True)
+        self._tell_of_recovered()
 
     def open(self, name: str | None, overrides: tuple[str, ...] = (), *, of: str = "open") -> bool:
         """Open a built-in scene or a file; give whether that went well.
@@ -67,21 +68,39 @@ class SceneFiles:
         self._follow(anew=of == "open")
         self._state.wake()
         if of == "open" and name is not None:
-            recent = [name, *(n for n in self._state.recent if n != name)]
-            self._state.recent = recent[:_MOST_RECENT]
+            self._note_recent(name)
+            self._tell_of_recovered()
         return True
+
+    def _note_recent(self, name: str) -> None:
+        recent = [name, *(n for n in self._state.recent if n != name)]
+        self._state.recent = recent[:_MOST_RECENT]
+
+    def _tell_of_recovered(self) -> None:
+        """Tell of a file that an earlier window left of this scene, and nobody has opened yet."""
+        opened = self._edits.opened
+        path = recovered_path(opened)
+        own = opened.file is None or path == opened.file or self._recovery.keeps(path)
+        if not own and path.is_file():
+            self._state.notify(f"{path}: changes that were not saved; drop it here to see them")
 
     def save(self, path: str, *, replace: bool = False) -> None:
         """Write the scene as TOML, over a file that was not opened here only if it is to."""
         before = self._edits.opened
+        self._state.replacing = ""
         try:
             self._edits.save(Path(path), replace=replace)
         except RtbowError as error:
+            if self._state.panel_open and not replace and self._edits.replaces(Path(path)):
+                self._state.replacing = path  # the panel asks
+                self._state.wake()
+                return
             self._state.notify(str(error), "error")
             return
         self._recovery.forget(before)
         self._kept = self._edits.scene
         self._state.tell("file")  # what was wrong with it has been written over
+        self._note_recent(path)
         self._follow(anew=True)
         self._state.notify(f"saved {path}")
 
@@ -109,10 +128,6 @@ class SceneFiles:
         if not self._watching:
             return set()
         changed = self._watch.changed(now)
-        gone = self._watch.missing("scene")
-        self._state.tell(
-            "gone", f"{gone[0]}: there is no such file any more; Ctrl+S writes it" if gone else ""
-        )
         if "scene" in changed:
             self.open(self._edits.opened.name, self._edits.opened.overrides, of="file")
         return changed

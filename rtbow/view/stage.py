@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 PANEL_WIDTH = 340
 """Of the panel, in screen coordinates at an ordinary display's density."""
-LEAST_HEIGHT = 600
-"""Of a window at first, in screen coordinates: a small picture leaves room for the panel."""
+LEAST_SIZE = (640, 600)
+"""Of a window without its panel at first, in screen coordinates: small pictures are enlarged, so
+that there is room for what stands over them."""
 _FALSE_DECADES = 4.0
 """Range of the false colours below the brightest pixels."""
 _FALSE_QUANTILE = 0.999
@@ -58,8 +59,9 @@ class Stage:
         on_scroll: Callable[[float], None],
     ) -> None:
         self._edits, self._state = edits, state
-        width, height = edits.scene.camera.size_px
-        self.window = Window("rtbow", (width + PANEL_WIDTH, max(height, LEAST_HEIGHT)))
+        size = zip(edits.scene.camera.size_px, LEAST_SIZE, strict=True)
+        width, height = (max(own, least) for own, least in size)
+        self.window = Window("rtbow", (width + PANEL_WIDTH, height))
         self._imgui = imgui.create_context()
         self._plots = implot.create_context()
         io = imgui.get_io()

@@ -40,13 +40,13 @@ class Status:
         if state.stale:
             ui.wrapped(f"The last good picture: {state.stale}", look.WARNING)
         for number, notice in enumerate(list(state.notices)):
-            error = notice.severity == "error"
-            if error:
-                if imgui.button(f"x##notice {number}", (ui.row_height, ui.row_height)):
-                    state.notices.remove(notice)
-                ui.note(f"notice/{number}/close")
-                imgui.same_line()
-            ui.wrapped(notice.text, look.ERROR if error else look.GOOD)
+            if notice.severity != "error":
+                continue  # for a while over the picture, where it moves nothing
+            if imgui.button(f"x##notice {number}", (ui.row_height, ui.row_height)):
+                state.notices.remove(notice)
+            ui.note(f"notice/{number}/close")
+            imgui.same_line()
+            ui.wrapped(notice.text, look.ERROR)
 
     def _numbers(self, ui: Ui, state: ViewState) -> None:
         frame = state.frame

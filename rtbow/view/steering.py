@@ -14,7 +14,7 @@ from rtbow.arrays import Array, floats
 from rtbow.scene import Camera
 from rtbow.scene_values import differences
 from rtbow.view import hud, navigate
-from rtbow.view.projection import View
+from rtbow.view.projection import View, whole_size
 from rtbow.view.stage import Stage
 
 _FAST_FACTOR = 4.0
@@ -103,7 +103,7 @@ class Steering:
         view_px = at_px = None
         if rect is not None:
             x, y = self._host.stage.window.cursor
-            view_px, at_px = _whole(rect), (x - rect[0], y - rect[1])
+            view_px, at_px = whole_size(rect), (x - rect[0], y - rect[1])
         zoomed = navigate.zoom(camera, clicks, view_px, at_px)
         self.aim(zoomed, _LOOKING if self._looking else "zoom")
 
@@ -125,7 +125,7 @@ class Steering:
         if self._host.hud.drag_bar(self._host, rect, inside):
             self._grabbed = None
             return
-        view_px, at_px = _whole(rect), (io.mouse_pos.x - rect[0], io.mouse_pos.y - rect[1])
+        view_px, at_px = whole_size(rect), (io.mouse_pos.x - rect[0], io.mouse_pos.y - rect[1])
         if imgui.is_mouse_double_clicked(0) and inside:
             self.aim(navigate.towards(scene.camera, navigate.antisolar(scene)), "centre")
             self._host.edits.end_gesture()
@@ -135,8 +135,3 @@ class Steering:
             self.aim(navigate.hold(scene.camera, self._grabbed, at_px, view_px))
         if imgui.is_mouse_clicked(1) and inside:
             self._host.hud.mark(self._host, rect)
-
-
-def _whole(rect: tuple[float, float, float, float]) -> tuple[int, int]:
-    """Give a rectangle's width and height in whole units."""
-    return round(rect[2]), round(rect[3])

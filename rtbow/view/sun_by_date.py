@@ -157,8 +157,10 @@ class SunByDate:
 
     def _sliders(self, ui: Ui, apply: Callable[[object], str]) -> None:
         def take(name: str, value: object, gesture: object) -> str:
-            before = getattr(self, name)
-            if not isinstance(value, type(before) | int):
+            before, kind = getattr(self, name), _KINDS[name]
+            if kind is float and isinstance(value, int) and not isinstance(value, bool):
+                value = float(value)  # typed without a point
+            if not isinstance(value, kind):
                 return f"{value}; must be {_EXPECTED[name]}"
             setattr(self, name, value)
             message = apply(gesture)
@@ -209,6 +211,9 @@ class SunByDate:
         number(_LONGITUDE, "longitude_deg", self.longitude_deg)
 
 
+_KINDS: dict[str, type] = {
+    "day": date, "minutes": int, "offset_h": float, "latitude_deg": float, "longitude_deg": float,
+}  # fmt: skip
 _EXPECTED = {
     "day": "a date such as 2026-06-21",
     "minutes": "a time such as 18:30",

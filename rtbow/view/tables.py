@@ -322,7 +322,7 @@ class Tables:
     def _heading(self, row: Row, number: int, count: int) -> bool:
         """Write which item's rows follow; give whether it shall go."""
         ui = self._ui
-        imgui.separator_text(f"{row.label} {number + 1} of {count}")
+        imgui.separator_text(f"{row.label} {number}" if count > 1 else row.label)  # as in keys
         imgui.same_line(ui.reset_x - 3.5 * ui.row_height)
         gone = imgui.small_button(f"Remove##{row.path}{number}")
         ui.note(f"{row.path}.{number}/remove")

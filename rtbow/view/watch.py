@@ -19,7 +19,6 @@ class Watch:
     def __init__(self) -> None:
         self._groups: dict[str, dict[Path, tuple[float, int]]] = {}
         self._gone_since: dict[Path, float] = {}
-        self._looked_s = 0.0
         self._due_s = 0.0
 
     def follow(self, group: str, paths: Iterable[Path], *, anew: bool = False) -> None:
@@ -35,28 +34,23 @@ class Watch:
         self._groups[group] = {path: known.get(path) or _stamp(path) for path in paths}
 
     def changed(self, now_s: float) -> set[str]:
-        """Name the groups of which a file has changed since."""
+        """Name the groups of which a file has changed since, has gone or has come back."""
         if now_s < self._due_s:
             return set()
-        self._looked_s, self._due_s = now_s, now_s + _PERIOD_S
+        self._due_s = now_s + _PERIOD_S
         gone_before, self._gone_since = self._gone_since, {}
         found = set()
         for name, stamps in self._groups.items():
             for path, before in stamps.items():
                 stamp = _stamp(path)
                 if stamp == _GONE:  # it may be being replaced
-                    self._gone_since[path] = gone_before.get(path, now_s)
-                elif stamp != before:
+                    since = self._gone_since[path] = gone_before.get(path, now_s)
+                    if now_s - since < _REPLACED_WITHIN_S:
+                        continue
+                if stamp != before:
                     stamps[path] = stamp
                     found.add(name)
         return found
-
-    def missing(self, group: str) -> list[Path]:
-        """Give the group's files that were gone for a while when they were last looked at."""
-        last = self._looked_s - _REPLACED_WITHIN_S
-        return [
-            p for p in self._groups.get(group, {}) if self._gone_since.get(p, last + 1.0) <= last
-        ]
 
 
 _GONE = (0.0, -1)
