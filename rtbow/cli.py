@@ -8,9 +8,13 @@ from __future__ import annotations
 import errno
 import os
 import shlex
+import signal
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -42,6 +46,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 PIPE_CLOSED = 141  # 128 + SIGPIPE
+TERMINATED = 143  # 128 + SIGTERM
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 # Before click 8.2 a missing verb is no error.
@@ -392,14 +397,41 @@ def table_export(
         click.echo(output)
 
 
+class _Terminated(SystemExit):
+    """SIGTERM came; like Ctrl-C, it is no error that anything on its way should handle."""
+
+
+@contextmanager
+def _orderly_termination() -> Iterator[None]:
+    """Let SIGTERM end what runs as Ctrl-C does, by an exception, so that it tidies up."""
+    ours = threading.current_thread() is threading.main_thread()  # where Python takes signals
+    if not ours or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+
+    def end(*_: object) -> None:
+        # `timeout` sends it twice; the second one must not break off the tidying up.
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise _Terminated(TERMINATED)
+
+    signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
 def main() -> None:
     """Run the command line and exit with the codes that scripts rely on.
 
     0 done; 2 the input is wrong; 3 the machine lacks something; 1 a defect of rtbow; 130 Ctrl-C;
-    141 the reader of the output left, as in ``rtbow info | head -1``.
+    141 the reader of the output left, as in ``rtbow info | head -1``; 143 SIGTERM.
     """
     try:
-        code = rtbow.main(prog_name="rtbow", standalone_mode=False)
+        with _orderly_termination():
+            code = rtbow.main(prog_name="rtbow", standalone_mode=False)
+    except _Terminated:
+        _say_terminated()
     except SystemExit as stop:  # click's answer to a reader that left, or to the shell's Tab
         sys.exit(PIPE_CLOSED if stop.code == 1 else stop.code)
     except _NO_VERB as error:
@@ -434,11 +466,18 @@ def main() -> None:
         sys.exit(InputError.exit_code)
     except SystemError as error:
         # Ctrl-C within compiled code: Numba's call "returned a result with an exception set".
+        if _comes_from(error, _Terminated):
+            _say_terminated()
         if not _comes_from(error, KeyboardInterrupt):
             raise
         click.echo("interrupted; nothing was left half written", err=True)
         sys.exit(INTERRUPTED)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _say_terminated() -> NoReturn:
+    click.echo("terminated; nothing was left half written", err=True)
+    sys.exit(TERMINATED)
 
 
 def _comes_from(error: BaseException | None, kind: type[BaseException]) -> bool:

@@ -468,19 +468,24 @@ def test_an_interrupted_run_leaves_whole_files_and_goes_on(
     assert set(drawn) == set(ALTITUDES[3:])
 
 
-def test_ctrl_c_and_again(tmp_path):
-    """As typed: a process of its own is interrupted after some frames, and the next goes on."""
+@pytest.mark.parametrize(
+    ("number", "code", "word"),
+    [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")],
+    ids=["ctrl-c", "sigterm"],
+)
+def test_broken_off_and_again(tmp_path, number, code, word):
+    """As typed: a process of its own is broken off after some frames, and the next goes on."""
     args = ["animate", *RISE, "--frames", "400", "-o", "%03d.exr", "-o", "film.mp4", *SMALL]
     with spawn(*args, cwd=tmp_path) as process:
         try:
             while not (tmp_path / "004.exr").exists():
                 assert process.poll() is None
-            process.send_signal(signal.SIGINT)
+            process.send_signal(number)
             err = process.communicate(timeout=60)[1]
         finally:
             process.kill()
-    assert process.returncode == 130
-    assert err.rstrip().endswith("interrupted; nothing was left half written")
+    assert process.returncode == code
+    assert err.rstrip().endswith(f"{word}; nothing was left half written")
     left = names(tmp_path)
     assert left[:5] == [f"{k:03d}.exr" for k in range(5)]
     assert len(left) < 400

@@ -639,7 +639,7 @@ def test_a_reader_that_leaves(tmp_path):
     assert (result.code, result.err) == (141, "")
 
 
-# --- Ctrl-C ------------------------------------------------------------------------------------
+# --- Ctrl-C and SIGTERM ------------------------------------------------------------------------
 
 # Minutes of work in rows of a few milliseconds: a narrow strip of sky, full of drops.
 TALL = "--size 64x16384 --set camera.fov_deg=0.1 --set render.wavelength_step_nm=0.1"
@@ -665,8 +665,13 @@ def read_terminal(reader: int, until: bytes | None = None) -> bytes:
     return shown
 
 
+@pytest.mark.parametrize(
+    ("number", "code", "word"),
+    [(signal.SIGINT, 130, b"interrupted"), (signal.SIGTERM, 143, b"terminated")],
+    ids=["ctrl-c", "sigterm"],
+)
 @pytest.mark.parametrize("work", LONG)
-def test_ctrl_c_ends_long_work(tmp_path, work):
+def test_long_work_is_broken_off(tmp_path, work, number, code, word):
     for name in ("x.exr", "x.npz"):
         (tmp_path / name).write_bytes(b"old")
     reader, terminal = pty.openpty()
@@ -675,16 +680,19 @@ def test_ctrl_c_ends_long_work(tmp_path, work):
     try:
         os.close(terminal)
         shown = read_terminal(reader, until=rb" [1-9][0-9]*/[0-9]")  # rows that are done
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
+        if number == signal.SIGTERM:
+            process.send_signal(number)  # as `timeout` does, which ends the group, too
         shown += read_terminal(reader)
         out, _ = process.communicate(timeout=60)
     finally:
         process.kill()
         os.close(reader)
-    assert process.returncode == 130
+    assert process.returncode == code
     assert out == ""
     assert b"Traceback" not in shown
-    assert shown.rstrip().endswith(b"interrupted; nothing was left half written")
+    assert b"Exception ignored" not in shown
+    assert shown.rstrip().endswith(word + b"; nothing was left half written")
     assert contents(tmp_path) == {"x.exr": b"old", "x.npz": b"old"}
 
 
@@ -702,6 +710,31 @@ def test_ctrl_c_while_writing(call, tmp_path, monkeypatch, suffix, step):
     assert result.code == 130
     assert result.err.strip() == "interrupted; nothing was left half written"
     assert contents(tmp_path) == {f"x.{suffix}": b"old"}
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+@pytest.mark.parametrize("step", ["write", "fsync", "replace"])
+def test_sigterm_while_writing(call, tmp_path, monkeypatch, suffix, step):
+    (tmp_path / f"x.{suffix}").write_bytes(b"old")
+
+    def terminate(*_):
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(rtbow.files.os, step, terminate)
+    result = call("render", "uniform", "-o", f"x.{suffix}", "--size", "4x3", "-q")
+    monkeypatch.undo()
+    assert result == Result(143, "", "terminated; nothing was left half written\n")
+    assert contents(tmp_path) == {f"x.{suffix}": b"old"}
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_sigterm_that_is_ignored_stays_so(call, monkeypatch):
+    monkeypatch.setattr(rtbow.cli.rtbow, "main", lambda **_: signal.raise_signal(signal.SIGTERM))
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        assert call() == Result(0, "", "")
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 # --- The machine -------------------------------------------------------------------------------
@@ -863,6 +896,17 @@ def test_ctrl_c_within_compiled_code(monkeypatch, capsys):
         rtbow.cli.main()
     assert stop.value.code == 130
     assert capsys.readouterr().err == "interrupted; nothing was left half written\n"
+
+
+def test_sigterm_within_compiled_code(call, monkeypatch):
+    def work(**_):
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except SystemExit as error:
+            raise SystemError("returned a result with an exception set") from error
+
+    monkeypatch.setattr(rtbow.cli.rtbow, "main", work)
+    assert call() == Result(143, "", "terminated; nothing was left half written\n")
 
 
 def test_other_system_errors_are_defects(monkeypatch):
