@@ -327,6 +327,32 @@ def test_a_double_click_centres_the_antisolar_point(live):
     assert forward @ antisolar(live.viewer.edits.scene) == pytest.approx(1.0, abs=1e-9)
 
 
+def test_zooms_apart_in_time_and_a_double_click_are_steps_of_their_own(live):
+    x, y = live.middle()
+    live.move(x, y)
+
+    def zoom() -> None:
+        live.hands.button(True, 4)
+        live.hands.button(False, 4)
+        live.steps(2)
+
+    steps = [live.viewer.edits.scene.camera]
+    zoom()
+    zoom()
+    steps.append(live.viewer.edits.scene.camera)
+    end = time.monotonic() + 0.7
+    while time.monotonic() < end:
+        live.viewer.step()
+    zoom()
+    steps.append(live.viewer.edits.scene.camera)
+    live.click(x, y, times=2)
+    steps.append(live.viewer.edits.scene.camera)
+    live.drag((x, y), (x + 30, y))
+    for camera in reversed(steps):
+        live.viewer.undo()
+        assert live.viewer.edits.scene.camera == camera
+
+
 def test_what_is_under_the_cursor_is_read_and_marked(live):
     x, y = live.middle()
     live.viewer.state.spectrum = None
@@ -734,7 +760,11 @@ def test_dropped_files_are_opened_or_refused(live, tmp_path):
     drop(good)
     assert live.viewer.state.stale == ""
     assert live.viewer.edits.scene == load_scene(good)
+    assert live.viewer.state.recent[0] == str(good)
     live.settle()
+    other_toml = tmp_path / "saved.toml"
+    live.viewer.save_scene(str(other_toml))
+    assert live.viewer.state.recent[:2] == [str(other_toml), str(good)]
 
 
 # --- The window itself --------------------------------------------------------------------------
