@@ -26,7 +26,7 @@ from rtbow.bench_memory import free_mib
 from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.scene import Scene
 from rtbow.scene_lights import PointLight
-from rtbow.volume import build_volume
+from rtbow.volume import scene_volume
 
 DEFAULT_SCENE = "shower"
 DEFAULT_LIMIT_S = 60.0
@@ -132,7 +132,7 @@ def _scene_at(
         _check_memory(value)
         with tempfile.TemporaryDirectory(prefix="rtbow-bench-") as folder:
             path = Path(folder) / "smooth.npz"
-            write_smooth_volume(path, value, build_volume(base.droplets).box_m)
+            write_smooth_volume(path, value, scene_volume(base).box_m)
             yield plan.scene(name, {**setting, "droplets.file": str(path)})
         return
     changes: dict[str, Callable[[], dict[str, object]]] = {

@@ -20,7 +20,7 @@ from rtbow.measures import MeasureError, Profile, Ridge
 from rtbow.reference import radiance_along
 from rtbow.scene import Scene
 from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
-from rtbow.volume import build_volume
+from rtbow.volume import scene_volume
 
 ARC = 0.7
 """Half width, in focal lengths, of the arc on which the shape of a lamp's bow is judged."""
@@ -68,7 +68,7 @@ class Verdict:
 
 def rain_depth(scene: Scene) -> Array:
     """Give the length of each pixel's ray within the droplet box, m (h, w)."""
-    box = build_volume(scene.droplets).box_m
+    box = scene_volume(scene).box_m
     rays = pixel_directions(scene.camera)
     entry, leave = box_span(floats(scene.camera.position_m), rays, box)
     return np.maximum(leave - entry, 0.0)

@@ -12,7 +12,7 @@ from rtbow.camera import picture_cone
 from rtbow.lights import Sun, lamps, suns
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene import Camera, Scene
-from rtbow.volume import DropletVolume, build_volume
+from rtbow.volume import DropletVolume, scene_volume
 
 if TYPE_CHECKING:
     from rtbow.extinction import RainExtinction
@@ -69,7 +69,7 @@ def scene_parts(scene: Scene, progress: Progress = no_progress, *, tables: bool 
         InputError: a spectrum or volume is not usable.
     """
     optics = scene_optics(scene)
-    volume = build_volume(scene.droplets)
+    volume = scene_volume(scene)
     return Parts(
         optics,
         volume,

@@ -36,7 +36,7 @@ from rtbow.scene import Scene
 from rtbow.section_table import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
 from rtbow.sections import Sections
 from rtbow.spectrum import bin_means, wavelength_bins
-from rtbow.volume import DropletVolume, build_volume
+from rtbow.volume import DropletVolume, scene_volume
 
 _MOST_NODES = 96
 """Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""
@@ -124,7 +124,7 @@ class _Setup:
 
 def _set_up(scene: Scene, progress: Progress = no_progress) -> _Setup:
     optics = scene_optics(scene)
-    volume = build_volume(scene.droplets)
+    volume = scene_volume(scene)
     least, most = volume.size_range_um
     scattering = scene.scattering
     sections: Sections | None

@@ -137,6 +137,27 @@ def scene_files(scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
+def place_of(scene: Scene, key: str) -> str:
+    """Say where a scene's value was given, for messages about what it names.
+
+    Args:
+        scene: the scene; its text tells what was typed after ``--set``, too.
+        key: dotted.
+    """
+    parts = key.split(".")
+    typed = _TYPED.findall(scene.source_text)
+    for near in (".".join(parts[:count]) for count in range(len(parts), 0, -1)):
+        if near in typed:
+            return f"--set {near}"
+    line = line_text(Lines(scene.source_text), parts)
+    if line == line_text(Lines(scene.source_text), parts[:-1]):
+        line = ""  # that of the table, which may lack the key
+    return f"{scene.source_name}: {line}{key}"
+
+
+_TYPED = re.compile(r"(?m)^# --set ([^=\s]+)=")
+
+
 def _with_paths(values: dict[str, Any], change: Callable[[str], str]) -> None:
     """Change the paths of files among a scene's values, in place."""
     _paths_in(values, change, "")

@@ -18,7 +18,9 @@ from rtbow.constants import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, 
 from rtbow.drops import draw_drops
 from rtbow.errors import CHECK_PATH, InputError
 from rtbow.files import write_atomic
+from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets
+from rtbow.scene_values import place_of
 from rtbow.sizes import Sizes, distribution
 
 Field = NDArray[np.float32]
@@ -103,6 +105,18 @@ class DropletVolume:
         np.multiply(moments[..., 0], self.radius_um.transpose(2, 1, 0), out=moments[..., 1])
         moments[..., 1] *= np.float32(1e-6)
         return moments
+
+
+def scene_volume(scene: Scene) -> DropletVolume:
+    """Make the volume that a scene asks for, as :func:`build_volume`.
+
+    Raises:
+        InputError: the volume file is not usable; says which key of the scene names it.
+    """
+    try:
+        return build_volume(scene.droplets)
+    except InputError as error:
+        raise InputError(f"{place_of(scene, 'droplets.file')}: {error}") from None
 
 
 def build_volume(droplets: Droplets) -> DropletVolume:

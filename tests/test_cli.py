@@ -510,6 +510,24 @@ def test_a_missing_volume(call):
         assert_refused(call("render", "uniform", "-o", "x.exr", *args), words)
 
 
+def test_what_names_a_missing_volume_is_told(call, tmp_path):
+    (tmp_path / "mine.toml").write_text(
+        '[[light]]\n[droplets]\nextinction = false\nfile = "rain.npz"\n', "utf-8"
+    )
+    rain = f"{tmp_path}/rain.npz: volume file not found"
+    for method in ("fast", "reference"):
+        args = ("-o", "x.exr", "--method", method, *SMALL)
+        assert_refused(
+            call("render", "mine.toml", *args), f"mine.toml: line 4: droplets.file: {rain}"
+        )
+        for setting in ("droplets.file=rain.npz", "droplets={file='rain.npz'}"):
+            key = setting.partition("=")[0]
+            result = call("render", "mine.toml", *args, "--set", setting)
+            assert_refused(result, f"rtbow: --set {key}: {rain}")
+    result = call("render", "uniform", *args, "--set", "compare.right.droplets.file=rain.npz")
+    assert_refused(result, f"uniform, right part: droplets.file: {rain}")
+
+
 def test_a_size_that_the_device_does_not_take(call, tmp_path, monkeypatch):
     monkeypatch.setattr(
         rtbow.context.GlContext,
