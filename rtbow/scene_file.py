@@ -184,9 +184,32 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
                 line, column = int(place[1]), int(place[2])
             else:
                 line, column = text.count("\n") + 1, len(text) - text.rfind("\n")
-        reason += _brackets_hint(text, line)
+        reason = _given_twice(reason, text, line) + _brackets_hint(text, line)
     where = f"line {line}, column {column}: " if line else ""
     raise InputError(f"{name}: {where}not valid TOML: {reason}") from None
+
+
+_TWICE = re.compile(
+    r"Cannot (?:overwrite a value|declare .* twice|mutate immutable namespace .*)"
+    r"|Duplicate inline table key (?P<key>.*)"
+)
+_STATEMENT = re.compile(r"\s*(?:\[\[?\s*(?P<table>[^\[\]]+?)\s*\]|(?P<key>[^\[\]{}=#]+?)\s*=)")
+
+
+def _given_twice(reason: str, text: str, line: int) -> str:
+    """Say so where that is what TOML's reader means; else give its reason as it is."""
+    twice = _TWICE.fullmatch(reason)
+    if twice is None:
+        return reason
+    statement = text.split("\n")[line - 1] if line else ""
+    here = _STATEMENT.match(statement)
+    if twice["key"]:
+        what = f"key {twice['key']}"
+    elif here is None or "{" in statement:  # which may be one inside these
+        what = "a key"
+    else:
+        what = f"table [{here['table']}]" if here["table"] else f"key {here['key']}"
+    return f"{what} is given twice; keep one"
 
 
 def _brackets_hint(text: str, line: int) -> str:

@@ -37,7 +37,7 @@ def scenes_dir(tmp_path, monkeypatch) -> Path:
         ("[camera\n", "line 1, column 8: not valid TOML: Expected ']'"),
         ("a = 1\nb 2\n", "line 2, column 3: not valid TOML: Expected '='"),
         ("a = 1\nb = [\n", "line 3, column 1: not valid TOML:"),
-        ("a = 1\na = 2\n", "line 2, column 6: not valid TOML: Cannot overwrite a value"),
+        ("a = 1\na = 2\n", "line 2, column 6: not valid TOML: key a is given twice; keep one"),
         (f"a = {'9' * 5000}", "not valid TOML: a number has too many digits"),
         (f"a = {'[' * 9000}", "not valid TOML: lists or tables are nested too deeply"),
     ],
@@ -46,6 +46,24 @@ def scenes_dir(tmp_path, monkeypatch) -> Path:
 def test_a_syntax_error_says_where(text, message):
     (line,) = problems(text)
     assert line.startswith(f"storm.toml: {message}")
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "what"),
+    [
+        ("[camera]\nfov_deg = 60\n[droplets]\n[camera]\n", "line 4, column 8", "table [camera]"),
+        ("[camera]\nfov_deg = 60\nfov_deg = 70 # wide\n", "line 3, column 13", "key fov_deg"),
+        ("a = 1\n[ a ]\n", "line 2, column 5", "table [a]"),
+        ("a.b = 1\na.b = 2\n", "line 2, column 8", "key a.b"),
+        ('a = 1\n"a" = 2\n', "line 2, column 8", 'key "a"'),
+        ("a = {}\na.b = 1\n", "line 2, column 8", "key a.b"),
+        ("a = {x = 1, x = 2}\n", "line 1, column 18", "key 'x'"),
+        ("a = 1\na = [\n1,\n2]", "line 4, column 3", "a key"),
+    ],
+)
+def test_what_is_given_twice(text, place, what):
+    (line,) = problems(text)
+    assert line == f"storm.toml: {place}: not valid TOML: {what} is given twice; keep one"
 
 
 def test_huge_integers_are_refused_like_other_values():
