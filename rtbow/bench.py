@@ -31,7 +31,7 @@ from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.random_scenes import random_scene, random_seed
 from rtbow.renderer import METHODS, Method, Renderer
 from rtbow.scene import Scene
-from rtbow.scene_file import load_scene
+from rtbow.scene_file import builtin_scenes, load_scene
 
 DEFAULT_SIZE = (640, 360)
 DEFAULT_ERROR_PIXELS = 400
@@ -124,7 +124,17 @@ class Plan:
         size = {"camera.size_px": list(self.size_px)}
         overrides = {**size, **self.settings, **changes}
         seed = random_seed(name)
-        return load_scene(name, overrides) if seed is None else random_scene(seed, overrides)
+        if seed is not None:
+            return random_scene(seed, overrides)
+        try:
+            return load_scene(name, overrides)
+        except InputError as error:
+            if name is None or name.lower().endswith(".toml") or name in builtin_scenes():
+                raise
+            end = "" if str(error).endswith("?") else "."
+            raise InputError(
+                f"{error}{end} random-1, random-2 and so on, to random-999999, are drawn at random"
+            ) from None
 
 
 @dataclass(frozen=True)

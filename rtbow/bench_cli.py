@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from pathlib import Path
@@ -182,8 +183,10 @@ def _measured(
     from rtbow.errors import InputError
 
     limit = DEFAULT_LIMIT_S if limit_s is None else limit_s
-    if not limit > 0.0:  # NaN too
-        raise InputError(f"--scaling-limit-s {limit:g}: must be greater than 0")
+    if not 0.0 < limit < math.inf:  # NaN is not, either
+        raise InputError(
+            f"--scaling-limit-s {limit:g}: must be a finite number of seconds, greater than 0"
+        )
     return run_scaling(scenes[0] if scenes else None, plan, limit, show)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from rtbow.scene import Scene
 from rtbow.scene_file import scene_from_text
 
-_NAME = re.compile(r"random-([0-9]{1,6})")
+_NAME = re.compile(r"random-([1-9][0-9]{0,5})")
 _LAMP_SPECTRA = ("LED-B3", "LED-B5", "HP1", "FL2", "FL11", "equal-energy")
 
 

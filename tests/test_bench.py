@@ -332,7 +332,8 @@ def test_the_cache_knows_every_module_of_the_reference():
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rtbow."):
                 waiting.append(node.module.removeprefix("rtbow."))
     # They hold no numbers, or those of the scene, which are in the key themselves.
-    others = {"cache", "errors", "files", "resources", "scene"}
+    others = {"cache", "errors", "files", "resources"}
+    others |= {name for name in found if name == "scene" or name.startswith("scene_")}
     assert found - others == set(rtbow.bench_error._REFERENCE_MODULES)
 
 
@@ -591,6 +592,9 @@ def test_the_verb_writes_what_it_measured(tmp_path, monkeypatch):
     ("args", "words"),
     [
         (("unifrom",), 'no built-in scene named "unifrom"; did you mean uniform'),
+        (("unifrom",), "? random-1, random-2 and so on, to random-999999, are drawn at random"),
+        (("nope",), ". random-1, random-2 and so on, to random-999999, are drawn at random"),
+        (("random-0",), "random-1, random-2 and so on"),
         (("--method", "reference"), "--method reference: cannot be timed; must be "),
         (("--method", "quick"), "--method quick: cannot be timed; must be "),
         (("--method", "spectral", "--max-delta-e", "0.5"), "goes with method fast; add"),
@@ -601,7 +605,9 @@ def test_the_verb_writes_what_it_measured(tmp_path, monkeypatch):
         (("--scaling", "uniform", "shower"), "--scaling takes one scene, not 2"),
         (("--scaling", "--error-pixels", "3"), "--scaling compares no pixels"),
         (("--scaling-limit-s", "3"), "goes with --scaling; add it"),
-        (("--scaling", "--scaling-limit-s", "nan"), "must be greater than 0"),
+        (("--scaling", "--scaling-limit-s", "nan"), "nan: must be a finite number of seconds"),
+        (("--scaling", "--scaling-limit-s", "inf"), "inf: must be a finite number of seconds"),
+        (("--scaling", "--scaling-limit-s", "0"), "0: must be a finite number of seconds, greater"),
         (("--set", "radius=3"), "unknown key radius"),
     ],
 )
