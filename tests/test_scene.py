@@ -320,6 +320,10 @@ def test_the_readmes_examples_work():
         changes = dict(parse_set(arg) for arg in re.findall(r"--set (\S+)", command))
         assert changes
         scene_from_text(example, overrides=changes)
+    for quoted in re.findall(r"`--set '(.*?)'`", text):
+        scene_from_text(example, overrides=dict([parse_set(quoted)]))
+    lights = dict([parse_set(re.search(r"`--set '(light=.*?)'`", text)[1])])
+    assert len(scene_from_text(example, overrides=lights).light) == 2
 
 
 def test_what_lies_under_a_key():
