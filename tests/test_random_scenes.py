@@ -32,7 +32,8 @@ def test_every_seed_is_a_scene():
 @pytest.mark.parametrize(
     ("name", "seed"),
     [("random-1", 1), ("random-123456", 123456), ("random-0", None), ("random-01", None),
-     ("random-", None), ("random-1234567", None), ("random-1.toml", None), ("uniform", None), (None, None)],
+     ("random-", None), ("random-1234567", None), ("random-1.toml", None), ("uniform", None),
+     (None, None)],
 )  # fmt: skip
 def test_names(name, seed):
     assert random_seed(name) == seed
