@@ -35,7 +35,8 @@ class Pattern:
         def put(found: re.Match[str]) -> str:
             return "%" if found[0] == "%%" else found[0] % number
 
-        return _NUMBER.sub(put, self.text)
+        folder, name = os.path.split(self.text)  # a folder may be called 50%dry
+        return os.path.join(folder.replace("%%", "%"), _NUMBER.sub(put, name))
 
     def beyond(self, count: int) -> list[str]:
         """Give the frames that are there with numbers of ``count`` or more, by number."""

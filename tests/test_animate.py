@@ -23,6 +23,7 @@ from rtbow.display import BLACK_FRAME_EV, auto_exposure_ev, display
 from rtbow.errors import InputError
 from rtbow.image import png_texts, read_exr, read_png, write_png
 from rtbow.scene_file import load_scene
+from rtbow.spectrum import load_spectrum
 from rtbow.sun_position import sun_path
 
 RISE = ("--key", "light.0.altitude_deg=2:40")
@@ -652,6 +653,21 @@ def test_pictures_of_another_range_do_not_lend_their_exposure(call):
     dim = ("animate", "uniform", "--key", "light.0.altitude_deg=1:1.5", "--frames", "5", *SMALL)
     assert call(*dim, "-o", "%d.png").err.startswith("5 frames drawn")
     assert {png_texts(f"{k}.png")["exposureEV100"] for k in range(5)} != {first}
+
+
+def test_what_the_scene_names_counts_for_the_exposure(call, tmp_path):
+    """A spectrum's file that has changed since lends its earlier brightness to no picture."""
+    (tmp_path / "lamp.csv").write_text("380,1\n780,1\n")
+    args = (*FIVE, "-o", "%d.png", "--set", "light.0.spectrum=lamp.csv")
+    args = (*args, "--set", "light.0.irradiance_w_m2=none")
+    assert call(*args).code == 0
+    first = {png_texts(f"{k}.png")["exposureEV100"] for k in range(5)}
+    (tmp_path / "lamp.csv").write_text("380,1\n500,1\n501,0\n780,0\n")
+    load_spectrum.cache_clear()  # as in a process of its own
+    assert call(*args).err.startswith("5 frames drawn")
+    second = {png_texts(f"{k}.png")["exposureEV100"] for k in range(5)}
+    assert len(first) == len(second) == 1
+    assert first != second
 
 
 # --- Films -------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ def test_patterns():
     assert Pattern("out/frame_%04d.exr").path(7) == "out/frame_0007.exr"
     assert Pattern("out/frame_%04d.exr").path(12345) == "out/frame_12345.exr"
     assert Pattern("100%%_%d.png").path(3) == "100%_3.png"
+    assert Pattern("50%dry/100%%/f_%02d.png").path(3) == "50%dry/100%%/f_03.png".replace("%%", "%")
     assert Pattern("%02d.PNG").suffix == ".png"
 
 
