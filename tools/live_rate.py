@@ -4,8 +4,9 @@
 
 The panel is open. For half of the time the mouse drags the view to and fro through the X server,
 for the other half the sun goes up and down. Then values are changed that have tables built anew,
-one every two seconds, while the mouse moves: the longest stop of the window counts there. Needs
-Xvfb. A picture counts when a newly rendered frame of the scene has reached the screen.
+scenes are opened and saved, one every two seconds, while the mouse moves: the longest stop of the
+window counts there. Needs Xvfb. A picture counts when a newly rendered frame of the scene has
+reached the screen.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +39,7 @@ _REBUILDS: tuple[dict[str, object], ...] = (
     {"atmosphere.rayleigh": False},
     {"light.0.angular_diameter_deg": 1.0},
 )
+_MIXED = {"distribution": "normal", "mean_um": 300.0, "std_um": 30.0}
 _REBUILD_S = 2.0
 _MOUSE_S = 1.0 / 125.0
 """Between two reports of a usual mouse."""
@@ -82,15 +86,26 @@ def measure(name: str, size: tuple[int, int], seconds: float) -> None:
         _report("looking", viewer, look, 0.5 * seconds)
         hands.button(False)
         _report("turning the sun", viewer, turn_sun, 0.5 * seconds)
-        waiting = list(_REBUILDS)
+        folder = Path(tempfile.mkdtemp())
+        waiting: list[Callable[[], object]] = [partial(viewer.change, one) for one in _REBUILDS]
+        waiting += [
+            lambda: viewer.open_scene("uniform"),
+            lambda: viewer.change({"droplets.radius.radius_um": 77.0}),
+            lambda: viewer.change({"droplets.grid": [32, 32, 32], "droplets.radius": _MIXED}),
+            lambda: viewer.save_frame((f"{folder}/a.exr", f"{folder}/a.png")),
+            lambda: viewer.save_scene(f"{folder}/a.toml"),
+            lambda: viewer.split(True),
+            lambda: viewer.open_scene(name),
+        ]
+        count = len(waiting)
 
         def rebuild(at: float) -> None:
-            if len(_REBUILDS) - len(waiting) <= at / _REBUILD_S and waiting:
-                problem = viewer.change(waiting.pop(0))
+            if count - len(waiting) <= at / _REBUILD_S and waiting:
+                problem = waiting.pop(0)()
                 assert not problem, problem
             hands.move(middle[0] + 500.0 * (at % 0.2), middle[1])  # else it waits for something
 
-        _report("changing what needs tables", viewer, rebuild, _REBUILD_S * len(_REBUILDS))
+        _report("changing what needs tables", viewer, rebuild, _REBUILD_S * count)
         frame = viewer.state.frame
         print(f"{name}, {size[0]}x{size[1]}, panel open, {frame.renderer if frame else 'no frame'}")
         hands.close()
