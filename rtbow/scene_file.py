@@ -184,7 +184,8 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
                 line, column = int(place[1]), int(place[2])
             else:
                 line, column = text.count("\n") + 1, len(text) - text.rfind("\n")
-        reason = _given_twice(reason, text, line) + _brackets_hint(text, line)
+        twice, hint = _given_twice(reason, text, line), _brackets_hint(text, line)
+        reason = f"{twice or reason}{hint or ('; keep one' if twice else '')}"
     where = f"line {line}, column {column}: " if line else ""
     raise InputError(f"{name}: {where}not valid TOML: {reason}") from None
 
@@ -197,10 +198,10 @@ _STATEMENT = re.compile(r"\s*(?:\[\[?\s*(?P<table>[^\[\]]+?)\s*\]|(?P<key>[^\[\]
 
 
 def _given_twice(reason: str, text: str, line: int) -> str:
-    """Say so where that is what TOML's reader means; else give its reason as it is."""
+    """Say so where that is what TOML's reader means; else nothing."""
     twice = _TWICE.fullmatch(reason)
     if twice is None:
-        return reason
+        return ""
     statement = text.split("\n")[line - 1] if line else ""
     here = _STATEMENT.match(statement)
     if twice["key"]:
@@ -209,7 +210,7 @@ def _given_twice(reason: str, text: str, line: int) -> str:
         what = "a key"
     else:
         what = f"table [{here['table']}]" if here["table"] else f"key {here['key']}"
-    return f"{what} is given twice; keep one"
+    return f"{what} is given twice"
 
 
 def _brackets_hint(text: str, line: int) -> str:

@@ -361,7 +361,7 @@ WRONG_SCENES = [
     (UNIFORM.replace("[[light]]", "[light]"), "[[light]], in double brackets"),
     (
         UNIFORM.replace("[[light]]", "[light]") + "[light]\n",
-        "Cannot declare ('light',) twice; write [[light]], in double brackets, for each",
+        "table [light] is given twice; write [[light]], in double brackets, for each",
     ),
     (f"{UNIFORM} [light] # one more\n", "write [[light]], in double brackets, for each"),
     (
