@@ -310,22 +310,30 @@ def _marker(number: int) -> str:
     return _MARKERS[number % len(_MARKERS)]
 
 
+_FILLS = (None, "white", "0.8")
+"""Of points whose colours repeat; None is the line's own."""
+
+
 def _line(number: int) -> dict[str, Any]:
     """Give the colour of one of several lines, and dashes where colours repeat."""
-    return {"color": COLOURS[number % len(COLOURS)], "ls": ("-", "--", ":")[number // 7 % 3]}
+    return {
+        "color": COLOURS[number % len(COLOURS)],
+        "ls": ("-", "--", ":")[number // len(COLOURS) % 3],
+    }
 
 
 def _draw_scene(axis: Any, number: int, group: Sequence[Fields], variants: Sequence[str]) -> None:
-    line = _line(number)
+    line = {**_line(number), "mfc": _FILLS[number // len(COLOURS) % len(_FILLS)]}
     points = [(max(row["delta_e_p99"], _LEAST_DELTA_E), row["frame_ms"]) for row in group]
     front = [points[i] for i in pareto_front(points)]
     axis.plot(
         *zip(*front, strict=True), **line, lw=1.2, alpha=0.7, drawstyle="steps-post",
-        label=scene_text(group[0]),
     )  # fmt: skip
+    # A shape that is no method's.
+    axis.plot([], [], "H", color=line["color"], ms=9, mfc=line["mfc"], label=scene_text(group[0]))
     for row, point in zip(group, points, strict=True):
         marker = _marker(variants.index(method_text(row)))
-        axis.plot(*point, marker, color=line["color"], ms=6)
+        axis.plot(*point, marker, color=line["color"], ms=6, mfc=line["mfc"])
 
 
 def draw_scaling(path: Path, rows: Sequence[Fields]) -> bool:
