@@ -290,6 +290,22 @@ def test_another_file_is_replaced_after_a_question(uniform, tmp_path, monkeypatc
     assert uniform.actions.asked[1:] == [("scene", str(tmp_path / "free.toml"))]
 
 
+def test_a_frame_is_replaced_after_a_question(uniform, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.png").write_text("precious")
+    uniform.click("keep.frame")
+    uniform.type("a")
+    uniform.key(KEY.enter)
+    uniform.click("keep/save frame")
+    assert uniform.actions.asked == []
+    uniform.click("keep/leave it")
+    assert uniform.actions.asked == []
+    uniform.click("keep/save frame")
+    uniform.click("keep/replace it")
+    assert uniform.actions.asked == [("frame", ("a.exr", "a.png"))]
+    assert "keep/replace it" not in uniform.seen
+
+
 def test_the_bound_of_the_error_is_that_of_the_frame_and_of_full_size(uniform):
     state = uniform.state
     assert error_text(state) == ("", True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from imgui_bundle import imgui
@@ -45,7 +46,7 @@ class Keep:
         if edits.opened.name != self._scene:
             self._scene = edits.opened.name
             self._typed.clear()
-            state.replacing = ""
+            state.replacing = ()
         stem = Path(self._scene or "default").stem
         file = edits.opened.file
         self._draw_frame(ui, state, stem)
@@ -55,7 +56,7 @@ class Keep:
         if imgui.button("Save scene", imgui.ImVec2(ui.value_width, 0.0)):
             path = name if name.lower().endswith(".toml") else f"{name}.toml"
             if edits.replaces(Path(path)):
-                state.replacing = path
+                state.replacing = (path,)
             else:
                 self._actions.save_scene(path)
         ui.note("keep/save scene")
@@ -75,23 +76,32 @@ class Keep:
         imgui.begin_disabled(not chosen)
         if imgui.button("Save frame", imgui.ImVec2(ui.value_width, 0.0)):
             base = name[:-4] if name.lower().endswith(FRAME_SUFFIXES) else name
-            self._actions.save_frame(tuple(f"{base}{suffix}" for suffix in chosen))
-            self._free.clear()  # its name is taken now
+            paths = tuple(f"{base}{suffix}" for suffix in chosen)
+            if any(map(os.path.lexists, paths)):
+                state.replacing = paths
+            else:
+                self._actions.save_frame(paths)
+                self._free.clear()  # its name is taken now
         imgui.end_disabled()
         ui.note("keep/save frame")
 
     def draw_question(self, ui: Ui, edits: Edits, state: ViewState) -> None:
         """Ask whether a file shall be replaced, if that is the question."""
-        path = state.replacing
-        if not path:
+        paths = state.replacing
+        if not paths:
             return
-        ui.wrapped(f"{edits.question(Path(path))}.", look.WARNING)
+        scene = paths[0].lower().endswith(".toml")
+        there = ", ".join(path for path in paths if os.path.lexists(path))
+        question = edits.question(Path(paths[0])) if scene else f"{there}: there already"
+        ui.wrapped(f"{question}.", look.WARNING)
         width = (ui.right_edge - ui.left - ui.gap) / 2
         for name in ("Replace it", "Leave it"):
             if imgui.button(name, imgui.ImVec2(width, 0.0)):
-                state.replacing = ""
-                if name == "Replace it":
-                    self._actions.save_scene(path, replace=True)
+                state.replacing = ()
+                if name == "Replace it" and scene:
+                    self._actions.save_scene(paths[0], replace=True)
+                elif name == "Replace it":
+                    self._actions.save_frame(paths)
             ui.note(f"keep/{name.lower()}")
             imgui.same_line(0.0, ui.gap)
         imgui.new_line()
@@ -101,7 +111,7 @@ class Keep:
 
         def take(value: object, gesture: object) -> str:
             self._typed[row.path] = str(value).strip()
-            state.replacing = ""
+            state.replacing = ()
             return ""
 
         name = self._typed.get(row.path, default)

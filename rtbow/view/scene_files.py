@@ -87,12 +87,12 @@ class SceneFiles:
     def save(self, path: str, *, replace: bool = False) -> None:
         """Write the scene as TOML, over a file that was not opened here only if it is to."""
         before = self._edits.opened
-        self._state.replacing = ""
+        self._state.replacing = ()
         try:
             self._edits.save(Path(path), replace=replace)
         except RtbowError as error:
             if self._state.panel_open and not replace and self._edits.replaces(Path(path)):
-                self._state.replacing = path  # the panel asks
+                self._state.replacing = (path,)  # the panel asks
                 self._state.wake()
                 return
             self._state.notify(str(error), "error")

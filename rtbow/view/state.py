@@ -54,7 +54,8 @@ class ViewState:
         scale: of the frame's width to the view's.
         problems: why the last good picture is still shown, by what went wrong.
         notices: lines for the person.
-        replacing: path of a file of which the panel asks whether to replace it; empty if none.
+        replacing: paths of a scene or a frame of which the panel asks whether to replace what is
+            there; empty if there is no such question.
         spectrum: wavelengths (nm) and spectral radiance at the chosen pixel, once computed.
         spectrum_number: of the request that it answers.
         spectrum_problem: why there is none; empty unless it could not be computed.
@@ -78,7 +79,7 @@ class ViewState:
     scale: float = 1.0
     problems: dict[str, str] = field(default_factory=dict)
     notices: list[Notice] = field(default_factory=list)
-    replacing: str = ""
+    replacing: tuple[str, ...] = ()
     spectrum: tuple[Array, Array] | None = None
     spectrum_number: int = 0
     spectrum_problem: str = ""
