@@ -58,8 +58,7 @@ def _merge(at: Any, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> Non
                 at[key] = tomlkit.inline_table() if isinstance(at, InlineTable) else tomlkit.table()
             _merge(at[key], old, new)
         else:
-            inline = isinstance(at.get(key), InlineTable) and isinstance(new, Mapping)
-            at[key] = _as_line(new) if inline else new
+            at[key] = new
 
 
 def _merge_list(at: Any, before: list[Any], wanted: list[Any]) -> None:

@@ -149,3 +149,10 @@ def test_a_volume_is_named_from_where_the_file_lies(tmp_path):
 @pytest.mark.parametrize("text", ["[camera", "", "light = 3", "[camera]\nfov_deg = 900.0"])
 def test_text_that_is_no_scene_is_not_changed(text, tmp_path):
     assert rewritten(text, scene_from_text(TEXT), tmp_path) is None
+
+
+def test_what_reads_as_another_scene_is_not_given(tmp_path, monkeypatch):
+    changed = changed_scene(scene_from_text(TEXT), {"camera.fov_deg": 61.0})
+    assert rewritten(TEXT, changed, tmp_path) is not None
+    monkeypatch.setattr("rtbow.scene_rewrite._merge", lambda *_: None)  # as if it had missed one
+    assert rewritten(TEXT, changed, tmp_path) is None

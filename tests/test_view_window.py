@@ -103,6 +103,12 @@ class Session:
             self.steps(1)
         self.steps(2)
 
+    def right_click(self, x: float, y: float) -> None:
+        self.move(x, y)
+        self.hands.button(True, 3)
+        self.steps(2)
+        self.hands.button(False, 3)
+
     def picture(self) -> np.ndarray:
         """The part of the window that shows the scene: 8 bit sRGB (h, w, 3)."""
         left, bottom, width, height = self.viewer.stage.view_rect()
@@ -356,10 +362,7 @@ def test_zooms_apart_in_time_and_a_double_click_are_steps_of_their_own(live):
 def test_what_is_under_the_cursor_is_read_and_marked(live):
     x, y = live.middle()
     live.viewer.state.spectrum = None
-    live.move(x, y)
-    live.hands.button(True, 3)
-    live.steps(2)
-    live.hands.button(False, 3)
+    live.right_click(x, y)
     live.until(lambda: live.viewer.state.spectrum is not None)
     _, radiance = live.viewer.state.spectrum
     seen = read_pixel(
@@ -374,10 +377,7 @@ def test_what_is_under_the_cursor_is_read_and_marked(live):
 def test_a_spectrum_is_of_before_only_once_the_light_has_changed(live):
     viewer = live.viewer
     x, y = live.middle()
-    live.move(x, y)
-    live.hands.button(True, 3)
-    live.steps(2)
-    live.hands.button(False, 3)
+    live.right_click(x, y)
     live.until(lambda: viewer.state.spectrum is not None)
     seen: list[str] = []
     begin = implot.begin_plot
@@ -504,10 +504,7 @@ def test_help_lists_the_keys(live):
 def test_escape_closes_what_is_open_and_only_then_the_window(live):
     viewer = live.viewer
     x, y = live.middle()
-    live.move(x, y)
-    live.hands.button(True, 3)
-    live.steps(2)
-    live.hands.button(False, 3)
+    live.right_click(x, y)
     live.steps(2)
     live.tap("F1")
     glfw.set_window_size(viewer.stage.window.handle, SIZE[0] + 340, SCREEN_PX[1] - 100)
