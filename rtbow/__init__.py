@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.version import __version__
 
 if TYPE_CHECKING:
     from rtbow.renderer import Renderer
     from rtbow.scene import Scene
     from rtbow.scene_file import load_scene
 
-__version__ = "0.1.0"
 __all__ = [
     "InputError",
     "Renderer",

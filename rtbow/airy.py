@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Array
+from rtbow.base.arrays import Array
 
 RADIUS_POWER = 7.0 / 3.0
 """C grows as a^(7/3): a² for the drop's area, a^(1/3) for the focusing at the caustic."""

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow import __version__
 from rtbow.animation import Animation
-from rtbow.arrays import Float32, Progress, no_progress
-from rtbow.cache import file_digest
+from rtbow.base.arrays import Float32, Progress, no_progress
+from rtbow.base.cache import file_digest
+from rtbow.base.errors import InputError, UnsuitedError
+from rtbow.base.version import __version__
 from rtbow.display import BLACK_FRAME_EV, EV_LIMIT, auto_exposure_ev, display
-from rtbow.errors import InputError, UnsuitedError
 from rtbow.film import DEFAULT_FPS, Film, check_fps, film_at
 from rtbow.image import (
     frame_metadata,

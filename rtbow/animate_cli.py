@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rtbow.base.errors import InputError
 from rtbow.cli_options import (
     WholeNumber,
     backend_option,
@@ -23,11 +24,10 @@ from rtbow.cli_options import (
     size_option,
     typed_overrides,
 )
-from rtbow.errors import InputError
 
 if TYPE_CHECKING:
     from rtbow.animate import Report
-    from rtbow.arrays import Progress
+    from rtbow.base.arrays import Progress
     from rtbow.renderer import Method
     from rtbow.sun_position import SunPosition
 

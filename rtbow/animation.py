@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene, typed_override, with_overrides_noted
 from rtbow.scene_lights import SunLight

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Array, Values, floats
-from rtbow.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
+from rtbow.base.arrays import Array, Values, floats
+from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 
 MAX_HEIGHT_M = 20_000.0
 """Top of the column texture; above it columns are scaled by exp(-h/H0), which is within 0.4 %

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from rtbow import __version__
-from rtbow.arrays import Array, Progress, no_progress
+from rtbow.base.arrays import Array, Progress, no_progress
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.version import __version__
 from rtbow.bench_error import (
     REFERENCE_STEP_NM,
     PixelSample,
@@ -27,7 +28,6 @@ from rtbow.bench_error import (
 from rtbow.bench_floor import FloorPass
 from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name, load_average
 from rtbow.context import Backend, open_context
-from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.random_scenes import random_scene, random_seed
 from rtbow.renderer import METHODS, Method, Renderer
 from rtbow.scene import Scene

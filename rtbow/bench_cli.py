@@ -22,7 +22,7 @@ from rtbow.cli_options import (
 )
 
 if TYPE_CHECKING:
-    from rtbow.arrays import Progress
+    from rtbow.base.arrays import Progress
     from rtbow.bench import BenchRow, Plan, Show
 
     _CountType = click.ParamType[int | str]
@@ -109,8 +109,8 @@ def bench(
 
     Example: rtbow bench uniform shower --json bench.json --plot bench.png
     """  # fmt: skip
-    from rtbow.errors import InputError
-    from rtbow.files import check_writable
+    from rtbow.base.errors import InputError
+    from rtbow.base.files import check_writable
 
     if json_file is not None:
         check_writable(json_file, (".json",))
@@ -179,8 +179,8 @@ def _measured(
         from rtbow.bench import run_bench
 
         return run_bench(scenes or (None,), plan, show)
+    from rtbow.base.errors import InputError
     from rtbow.bench_scaling import DEFAULT_LIMIT_S, run_scaling
-    from rtbow.errors import InputError
 
     limit = DEFAULT_LIMIT_S if limit_s is None else limit_s
     if not 0.0 < limit < math.inf:  # NaN is not, either
@@ -198,8 +198,8 @@ def _shown(quiet: bool) -> Show:
 
 
 def _draw(path: Path, rows: list[BenchRow], scaling: bool) -> None:
+    from rtbow.base.errors import InputError
     from rtbow.bench_report import draw_scaling, draw_speed, fields_of
-    from rtbow.errors import InputError
 
     drawn = (draw_scaling if scaling else draw_speed)(path, fields_of(rows))
     if not drawn:

@@ -13,8 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
-from rtbow.arrays import Array, Float32, Indices, Progress, floats, no_progress
-from rtbow.cache import cached_arrays, file_digest, source_digest
+from rtbow.base.arrays import (
+    Array,
+    Float32,
+    Indices,
+    Progress,
+    floats,
+    no_progress,
+)
+from rtbow.base.cache import cached_arrays, file_digest, source_digest
 from rtbow.camera import pixel_directions
 from rtbow.colour import rgb_to_xyz
 from rtbow.colour_difference import FrameDifference, frame_difference

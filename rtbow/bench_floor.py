@@ -5,9 +5,9 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from rtbow.arrays import Float32
+from rtbow.base.arrays import Float32
+from rtbow.base.errors import UnavailableError
 from rtbow.context import GlContext
-from rtbow.errors import UnavailableError
 from rtbow.gl_program import FrameTarget, GlProgram
 
 TABLE_SIDE = 256

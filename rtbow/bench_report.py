@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rtbow.base.files import write_atomic
 from rtbow.bench import STEP_KEY, TOLERANCE_KEY, BenchRow
-from rtbow.files import write_atomic
 from rtbow.plot import (
     COLOURS,
     GREY,

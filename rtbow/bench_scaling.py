@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from rtbow.arrays import Array
+from rtbow.base.arrays import Array
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.bench import (
     LEAST_SLOW_FRAMES,
     BenchRow,
@@ -23,7 +24,6 @@ from rtbow.bench import (
     with_device,
 )
 from rtbow.bench_memory import free_mib
-from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.scene import Scene
 from rtbow.scene_lights import PointLight
 from rtbow.volume import scene_volume

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
-from rtbow.constants import NO_PLANE
+from rtbow.base.arrays import Array, floats
+from rtbow.base.limits import NO_PLANE
 from rtbow.scene import Camera
 
 

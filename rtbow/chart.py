@@ -16,19 +16,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.airy import SCALE_POWER, bow
-from rtbow.arrays import Array, Progress, floats, no_progress
-from rtbow.colour import xyz_to_rgb
-from rtbow.constants import (
+from rtbow.base.arrays import (
+    Array,
+    Progress,
+    floats,
+    no_progress,
+)
+from rtbow.base.errors import InputError
+from rtbow.base.limits import (
     MAX_DISC_DEG,
     MAX_RADIUS_UM,
     MIN_RADIUS_UM,
     SIZE_SPREADS,
-    SUN_DIAMETER_DEG,
-    VISIBLE_NM,
     WATER_C,
 )
+from rtbow.colour import xyz_to_rgb
 from rtbow.display import auto_exposure_ev, display
-from rtbow.errors import InputError
+from rtbow.physics.constants import SUN_DIAMETER_DEG, VISIBLE_NM
 from rtbow.plot import (
     COLOURS,
     GREY,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.cli_options import Numbers, Option, Verb, progress_bar, quiet_option, two_sides
-from rtbow.constants import SUN_DIAMETER_DEG
+from rtbow.physics.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:
     from rtbow.chart import Component, Normalise, Scale, Setup
@@ -156,9 +156,9 @@ def chart_profile(
 
     Example: rtbow chart profile -o bow.svg --radius-um 100,500 --theory both --difference
     """  # fmt: skip
+    from rtbow.base.errors import InputError
+    from rtbow.base.files import check_writable
     from rtbow.chart import CHART_SUFFIXES, PROFILE_FROM_DEG, draw_profiles, profiles
-    from rtbow.errors import InputError
-    from rtbow.files import check_writable
 
     check_writable(output, CHART_SUFFIXES)
     if difference and theory != "both":
@@ -247,8 +247,8 @@ def chart_lee(
 
     Example: rtbow chart lee -o lee.png --theory both --radius-from 5
     """  # fmt: skip
+    from rtbow.base.files import check_writable
     from rtbow.chart import CHART_SUFFIXES, draw_lee, lee_raster
-    from rtbow.files import check_writable
 
     check_writable(output, CHART_SUFFIXES)
     setup = _setup(theory, disc, spread, temperature)

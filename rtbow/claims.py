@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from rtbow import measures
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.camera import box_span, pixel_directions
 from rtbow.colour import luminance, rgb_to_xyz
 from rtbow.lights import lamps, suns

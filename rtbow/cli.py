@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from rtbow import __version__
 from rtbow.animate_cli import animate
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.version import __version__
 from rtbow.bench_cli import bench
 from rtbow.chart_cli import chart
 from rtbow.cli_options import (
@@ -36,8 +37,7 @@ from rtbow.cli_options import (
     size_option,
     typed_overrides,
 )
-from rtbow.constants import SUN_DIAMETER_DEG
-from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.physics.constants import SUN_DIAMETER_DEG
 from rtbow.view_cli import view
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def render(
 
     Example: rtbow render shower -o shower.exr -o shower.png --set light.0.altitude_deg=10
     """  # fmt: skip
-    from rtbow.files import check_distinct, check_writable
+    from rtbow.base.files import check_distinct, check_writable
     from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
 
     overrides = typed_overrides(settings, size, max_delta_e, method)
@@ -199,7 +199,7 @@ def info() -> None:
     """
     import platform
 
-    from rtbow.cache import cache_dir, cache_size
+    from rtbow.base.cache import cache_dir, cache_size
     from rtbow.context import probe_backends
 
     click.echo(f"rtbow {__version__}, Python {platform.python_version()}, {platform.platform()}")
@@ -367,7 +367,7 @@ def table_export(
 
     Example: rtbow table export airy.npz --radius-um 100,500 --disc 0
     """  # fmt: skip
-    from rtbow.files import check_writable
+    from rtbow.base.files import check_writable
 
     check_writable(output, (".npz", ".exr"))
     from rtbow.table_export import (

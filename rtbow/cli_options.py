@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
-from rtbow.constants import DEFAULT_DELTA_E, LEAST_DELTA_E, MOST_DELTA_E
-from rtbow.errors import InputError, RtbowError
+from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MOST_DELTA_E
 
 if TYPE_CHECKING:
-    from rtbow.arrays import Progress
+    from rtbow.base.arrays import Progress
 
     _SizeType = click.ParamType[tuple[int, int]]
     _ExposureType = click.ParamType[float | None]

@@ -6,8 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
-from rtbow.constants import LUMINOUS_EFFICACY_LM_PER_W
+from rtbow.base.arrays import Array, floats
+from rtbow.physics.constants import LUMINOUS_EFFICACY_LM_PER_W
 from rtbow.standards import standard_arrays
 
 # IEC 61966-2-1, with its published four digits, so that the middle row *is* the luminance

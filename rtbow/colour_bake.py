@@ -8,10 +8,22 @@ import moderngl
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER, bows
-from rtbow.arrays import Array, Float32, Progress, floats, no_progress
-from rtbow.cache import file_digest, forget_oldest, keep_arrays, kept_arrays, source_digest
+from rtbow.base.arrays import (
+    Array,
+    Float32,
+    Progress,
+    floats,
+    no_progress,
+)
+from rtbow.base.cache import (
+    file_digest,
+    forget_oldest,
+    keep_arrays,
+    kept_arrays,
+    source_digest,
+)
+from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.colour_table import LightBasis
-from rtbow.constants import MIN_RADIUS_UM
 from rtbow.context import GlContext
 from rtbow.gl_program import GlProgram
 from rtbow.glsl import Define, glsl_literal

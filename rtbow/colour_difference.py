@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.colour import D65_XYZ
 
 WHITE_PERCENTILE = 99.5

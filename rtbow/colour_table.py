@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.airy import SCALE_POWER, bows
-from rtbow.arrays import Array, Float32, floats
 from rtbow.atmosphere import Column, rayleigh_depth
-from rtbow.constants import VISIBLE_NM
+from rtbow.base.arrays import Array, Float32, floats
+from rtbow.physics.constants import VISIBLE_NM
 from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
 
 MOST_OUTCOMES = 8

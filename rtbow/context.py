@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.gl_driver import BackendError, Driver
 from rtbow.gl_egl import EGL_DEVICE_VARIABLE, open_egl
 from rtbow.gl_osmesa import open_osmesa

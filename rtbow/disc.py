@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 
 
 @lru_cache(maxsize=256)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from rtbow.arrays import Array
+from rtbow.base.arrays import Array
 from rtbow.scene_droplets import Density
 from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius, Radius, UniformRadius
 from rtbow.sizes import marshall_palmer, quantiles

@@ -19,11 +19,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Array, Float32, floats
-from rtbow.compiled import compiled, prange
-from rtbow.constants import SUN_DIAMETER_DEG
+from rtbow.base.arrays import Array, Float32, floats
+from rtbow.base.compiled import compiled, prange
 from rtbow.lights import Lamp, Sun
 from rtbow.optics import Optics
+from rtbow.physics.constants import SUN_DIAMETER_DEG
 from rtbow.scene import Scene
 from rtbow.sections import extinction_efficiencies
 from rtbow.volume import DropletVolume

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from rtbow.arrays import Float32, Progress, no_progress
+from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.camera import picture_cone
 from rtbow.context import GlContext
 from rtbow.fast_lamp import FastLamp

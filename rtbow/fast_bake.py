@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array, Progress
 from rtbow.atmosphere import Column
+from rtbow.base.arrays import Array, Progress
 from rtbow.colour_bake import Drops, outcomes
 from rtbow.colour_table import BakedLight, hat_fit, light_basis, unfolded
 from rtbow.fast_scene import FastScene, rain_colour

@@ -11,8 +11,15 @@ import math
 
 import numpy as np
 
-from rtbow.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.atmosphere import NO_AIR, Column
+from rtbow.base.arrays import (
+    Array,
+    Float32,
+    Progress,
+    floats,
+    no_progress,
+)
+from rtbow.base.errors import UnsuitedError
 from rtbow.colour_table import (
     ColourTable,
     bow_width,
@@ -22,7 +29,6 @@ from rtbow.colour_table import (
     folded_chord,
     unfolded,
 )
-from rtbow.errors import UnsuitedError
 from rtbow.fast_bake import bake_light, most_texels
 from rtbow.fast_scene import (
     FastScene,

@@ -11,12 +11,11 @@ import moderngl
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
+from rtbow.base.errors import UnsuitedError
 from rtbow.colour_bake import middle_radius
 from rtbow.colour_table import RIGHT_ANGLE_CHORD, ColourTable
-from rtbow.constants import SCALE_HEIGHT_M
 from rtbow.context import GlContext
-from rtbow.errors import UnsuitedError
 from rtbow.fast_settings import FastSettings, hat_rows
 from rtbow.fast_volume import (
     filled_box,
@@ -30,6 +29,7 @@ from rtbow.gl_program import GlProgram, volume_texture
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
 from rtbow.parts import Parts, moved_parts
+from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import radius_axis
 from rtbow.shader_scene import MOST_LOOPS, common_defines, common_uniforms, set_uniforms

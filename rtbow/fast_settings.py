@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from rtbow.constants import DEFAULT_DELTA_E
+from rtbow.base.limits import DEFAULT_DELTA_E
 
 Kind = Literal["alike", "smooth", "rough"]
 """Whether drops are of one radius (or mixture), of radii that vary slowly over the grid's cells, or

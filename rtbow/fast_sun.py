@@ -15,8 +15,8 @@ import moderngl
 import numpy as np
 
 from rtbow import atmosphere
-from rtbow.arrays import Progress, no_progress
 from rtbow.atmosphere import NO_AIR
+from rtbow.base.arrays import Progress, no_progress
 from rtbow.fast_scene import (
     FastScene,
     bind_rain,

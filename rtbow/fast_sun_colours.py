@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from rtbow.arrays import Array, Progress
 from rtbow.atmosphere import Column
+from rtbow.base.arrays import Array, Progress
+from rtbow.base.errors import UnsuitedError
 from rtbow.colour_table import (
     ColourTable,
     bow_width,
@@ -18,7 +19,6 @@ from rtbow.colour_table import (
     fringe_step,
     mean_column_error,
 )
-from rtbow.errors import UnsuitedError
 from rtbow.fast_bake import bake_light, most_texels
 from rtbow.fast_scene import FastScene
 from rtbow.fast_volume import DARK_COLUMN

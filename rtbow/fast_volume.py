@@ -8,11 +8,11 @@ import numpy as np
 
 from rtbow import atmosphere
 from rtbow.airy import RADIUS_POWER
-from rtbow.arrays import Array, floats
 from rtbow.atmosphere import Column
-from rtbow.constants import SCALE_HEIGHT_M
+from rtbow.base.arrays import Array, floats
 from rtbow.fast_settings import ROUGH, Kind
 from rtbow.lights import Lamp, Sun
+from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.steps import roughness
 from rtbow.volume import DropletVolume
 

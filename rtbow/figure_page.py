@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from rtbow import __version__, measures
+from rtbow import measures
+from rtbow.base.files import write_atomic
+from rtbow.base.version import __version__
 from rtbow.claims import Frame, Verdict, sun_profile
-from rtbow.files import write_atomic
 from rtbow.lights import lamps, suns
 from rtbow.measures import Profile
 from rtbow.scene_file import builtin_scenes, scene_title

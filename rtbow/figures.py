@@ -8,12 +8,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rtbow import __version__
-from rtbow.arrays import Float32, Progress, floats, no_progress
+from rtbow.base.arrays import (
+    Float32,
+    Progress,
+    floats,
+    no_progress,
+)
+from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.files import write_atomic
+from rtbow.base.version import __version__
 from rtbow.claims import Frame, Verdict, judge
 from rtbow.display import auto_exposure_ev
-from rtbow.errors import InputError, RtbowError
-from rtbow.files import write_atomic
 from rtbow.image import read_exr, write_exr, write_frame
 from rtbow.renderer import Renderer
 from rtbow.scene import Scene

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.errors import InputError, RtbowError, UnavailableError
-from rtbow.files import PathLike, explaining, replacing
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.files import PathLike, explaining, replacing
 
 if TYPE_CHECKING:
     import av

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rtbow.errors import UnavailableError
+from rtbow.base.errors import UnavailableError
 
 # moderngl is imported where it is used: a verb without pictures must not wait.
 if TYPE_CHECKING:

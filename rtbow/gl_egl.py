@@ -7,7 +7,7 @@ import re
 import sys
 from typing import TYPE_CHECKING, Any
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.gl_driver import BackendError, Driver, create_moderngl
 
 if TYPE_CHECKING:

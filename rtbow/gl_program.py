@@ -10,9 +10,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Float32
+from rtbow.base.arrays import Float32
+from rtbow.base.errors import UnavailableError, UnsuitedError
 from rtbow.context import GlContext
-from rtbow.errors import UnavailableError, UnsuitedError
 from rtbow.glsl import Define, compile_program
 
 Texture = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtbow.errors import RtbowError
+from rtbow.base.errors import RtbowError
 
 if TYPE_CHECKING:
     import moderngl
@@ -200,7 +200,7 @@ def glsl_literal(value: Define) -> str:
 
 
 def _shader_directory() -> Path:
-    from rtbow.resources import resource_dir
+    from rtbow.base.resources import resource_dir
 
     return resource_dir("shaders")
 

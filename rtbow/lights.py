@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Array
+from rtbow.base.arrays import Array
+from rtbow.base.errors import InputError
 from rtbow.camera import direction
-from rtbow.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_lights import PointLight, SunLight
 from rtbow.spectrum import E490, Spectrum, load_spectrum, luminous

@@ -8,10 +8,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
+from rtbow.base.errors import RtbowError
 from rtbow.camera import camera_basis, pixel_directions
 from rtbow.colour import D65_XYZ, rgb_to_xyz, xyz_to_rgb
-from rtbow.errors import RtbowError
 from rtbow.scene import Camera
 
 Channel = Literal["red", "green", "blue", "luminance"]

@@ -16,8 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array, Complexes
-from rtbow.compiled import compiled
+from rtbow.base.arrays import Array, Complexes
+from rtbow.base.compiled import compiled
 
 DEBYE_SETS = 5
 """Amplitudes kept apart: p = 0, 1, 2, 3, and the rest together."""

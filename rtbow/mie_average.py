@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
-from rtbow.compiled import compiled
+from rtbow.base.arrays import Array, floats
+from rtbow.base.compiled import compiled
 from rtbow.mie import efficiency, intensities
 from rtbow.mie_axes import MieAxes
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.airy import bow
-from rtbow.arrays import Array, Values, floats
+from rtbow.base.arrays import Array, Values, floats
 
 DEFAULT_SPREAD = 0.02
 _THINNING = 4

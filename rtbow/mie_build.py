@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import os
-import threading
-import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import astuple, dataclass
 from functools import lru_cache
-from multiprocessing import get_context
 
 import numpy as np
 
-from rtbow.arrays import Array, Progress, floats, no_progress
-from rtbow.cache import forget_arrays, keep_arrays, kept_arrays, source_digest
-from rtbow.errors import RtbowError, UnavailableError
+from rtbow.base.arrays import (
+    Array,
+    Progress,
+    floats,
+    no_progress,
+)
+from rtbow.base.cache import (
+    forget_arrays,
+    keep_arrays,
+    kept_arrays,
+    source_digest,
+)
+from rtbow.base.jobs import in_processes, on_cluster
 from rtbow.mie_average import coherent, mean_efficiency, node_intensities
 from rtbow.mie_axes import MieAxes
 from rtbow.mie_table import MieTable, node_range
@@ -25,10 +30,6 @@ _BLOCK_LOG = 0.48
 """Extent of a part in ln x: its sizes share angles and samples, which follow its first one. A mean
 reaches 3.5 spreads beyond its outermost nodes, which parts compute twice: 29 % of the work with the
 standard spread, for parts of less than a minute each up to 1500 µm."""
-_WORKERS_S = 20.0
-"""How long a cluster without workers is waited for."""
-_POOL_RETRIES = 5
-"""How often a pool of processes is made anew after one of them was killed."""
 
 
 @dataclass(frozen=True)
@@ -90,99 +91,6 @@ def parts(axes: MieAxes, nodes: tuple[int, int]) -> list[Part]:
 Results = Iterator[tuple[Part, dict[str, Array]]]
 
 
-def _end_with(parent: int) -> None:
-    """End this process when its parent is gone: a killed one cannot say so, and would leave it."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-def _local(todo: list[Part], workers: int) -> Results:
-    """Compute parts in processes of this machine; a killed process costs its own part only."""
-    left = set(todo)
-    for _ in range(_POOL_RETRIES):
-        try:
-            with ProcessPoolExecutor(
-                workers,
-                mp_context=get_context("spawn"),
-                initializer=_end_with,
-                initargs=(os.getpid(),),
-            ) as pool:
-                running = {pool.submit(compute_part, part): part for part in todo if part in left}
-                try:
-                    for done in as_completed(running):
-                        result = done.result()
-                        left.discard(running[done])
-                        yield running[done], result
-                except BaseException:
-                    pool.shutdown(wait=False, cancel_futures=True)
-                    # A part takes a minute: leaving the pool would wait for those in work.
-                    for process in list((pool._processes or {}).values()):
-                        process.kill()
-                    raise
-            return
-        except BrokenProcessPool:
-            continue
-    raise RtbowError(
-        f"building the table: its processes ended {_POOL_RETRIES} times, as when memory runs out;"
-        " what is finished is kept: run it again, with fewer --workers (a script of your own must"
-        " have its code under `if __name__ == '__main__':`, since processes import it)"
-    )
-
-
-def _cluster(todo: list[Part], scheduler: str) -> Results:
-    """Compute parts on a Dask cluster, which gives those of a lost worker to another."""
-    try:
-        from distributed import Client
-        from distributed import as_completed as futures_completed
-    except ImportError:
-        raise UnavailableError(
-            "a Dask cluster needs the package distributed; install it, as with"
-            " pip install '.[cluster]' in a checkout"
-        ) from None
-    try:
-        client = Client(scheduler, timeout="5s")  # type: ignore[no-untyped-call]
-    except (OSError, ValueError, TimeoutError) as error:
-        raise UnavailableError(
-            f"--scheduler {scheduler}: no Dask scheduler answers there ({error}); start one with"
-            " `dask scheduler` and workers with `dask worker`"
-        ) from None
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=_WORKERS_S)
-        except TimeoutError:
-            raise UnavailableError(
-                f"--scheduler {scheduler}: it has no workers; start some with `dask worker`"
-            ) from None
-        # A lost worker's parts go to another one; the scheduler counts how often.
-        running = {client.submit(_checked_part, part, pure=False): part for part in todo}
-        results = iter(
-            futures_completed(  # type: ignore[no-untyped-call]
-                list(running), with_results=True
-            )
-        )
-        while True:
-            try:
-                future, (digest, result) = next(results)
-            except StopIteration:
-                return
-            except Exception as error:
-                raise RtbowError(
-                    f"--scheduler {scheduler}: a part failed there ({type(error).__name__}:"
-                    f" {error}); what is finished is kept: run it again"
-                ) from error
-            if digest != _digest():
-                raise UnavailableError(
-                    f"--scheduler {scheduler}: its workers have another version of rtbow; install"
-                    " this one there"
-                )
-            yield running[future], result
-
-
 def _checked_part(part: Part) -> tuple[str, dict[str, Array]]:
     """Compute a part, and say by which code."""
     return _digest(), compute_part(part)
@@ -223,7 +131,11 @@ def build_mie_table(
             found[part] = arrays
     todo = [part for part in every if part not in found]
     workers = workers or _cores()
-    results = _cluster(todo, scheduler) if scheduler else _local(todo, min(workers, len(todo) or 1))
+    results: Results = (
+        on_cluster(_checked_part, todo, scheduler, _digest())
+        if scheduler
+        else in_processes(compute_part, todo, min(workers, len(todo) or 1))
+    )
     if todo:
         for part, arrays in _with_progress(results, len(found), len(every), progress):
             arrays["values"] = arrays["values"].astype(np.float32)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
-from rtbow.cache import cached_arrays, source_digest
+from rtbow.base.arrays import Array, floats
+from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.mie_average import node_intensities
 from rtbow.mie_axes import MieAxes
 from rtbow.mie_table import disc_grid, resample, standard_axes

@@ -10,16 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Progress, no_progress
-from rtbow.cache import cached_arrays, file_digest, source_digest
-from rtbow.constants import TABLE_RADII_UM
-from rtbow.errors import RtbowError
-from rtbow.files import write_atomic
+from rtbow.base.arrays import Progress, no_progress
+from rtbow.base.cache import cached_arrays, file_digest, source_digest
+from rtbow.base.errors import RtbowError
+from rtbow.base.files import write_atomic
+from rtbow.base.limits import TABLE_RADII_UM
+from rtbow.base.resources import resource_dir
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.mie_build import build_mie_table, kept_table
 from rtbow.mie_table import MieTable, standard_axes
 
-COMPACT_FILE = Path(__file__).resolve().parent / "data" / "mie-compact.bin"
+COMPACT_FILE = resource_dir("data") / "mie-compact.bin"
 _PER_OCTAVE = 256.0
 """Steps of the stored logarithm per factor of two: 0.14 % at most from rounding."""
 

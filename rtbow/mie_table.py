@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Array, floats
-from rtbow.compiled import compiled, prange
-from rtbow.constants import VISIBLE_NM
+from rtbow.base.arrays import Array, floats
+from rtbow.base.compiled import compiled, prange
+from rtbow.base.errors import InputError
 from rtbow.disc import disc_nodes
-from rtbow.errors import InputError
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
+from rtbow.physics.constants import VISIBLE_NM
 from rtbow.sizes import Sizes, tabled_sizes
 
 _MARGIN = 6

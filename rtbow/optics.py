@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtbow.airy import Bow, bows
-from rtbow.arrays import Array, Progress, no_progress
 from rtbow.atmosphere import rayleigh_depth
+from rtbow.base.arrays import Array, Progress, no_progress
 from rtbow.lights import Lamp, Sun, lamps, suns
 from rtbow.scene import Scene
 from rtbow.sizes import tabled_sizes

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtbow.arrays import Array, Float32, Progress, no_progress
+from rtbow.base.arrays import (
+    Array,
+    Float32,
+    Progress,
+    no_progress,
+)
 from rtbow.camera import picture_cone
 from rtbow.lights import Sun, lamps, suns
 from rtbow.optics import Optics, scene_optics, table_sections

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rtbow import __version__
-from rtbow.files import write_atomic
+from rtbow.base.files import write_atomic
+from rtbow.base.version import __version__
 
 PLOT_SUFFIXES = (".png", ".svg")
 

@@ -18,16 +18,22 @@ from functools import lru_cache
 import numpy as np
 
 from rtbow.airy import SCALE_POWER
-from rtbow.arrays import Array, Indices, Progress, floats, no_progress
 from rtbow.atmosphere import segment_column, sun_column
+from rtbow.base.arrays import (
+    Array,
+    Indices,
+    Progress,
+    floats,
+    no_progress,
+)
 from rtbow.camera import box_span, perpendicular_share, pixel_directions
 from rtbow.colour import xyz_to_rgb
-from rtbow.constants import EARTH_RADIUS_M
 from rtbow.disc import disc_nodes
 from rtbow.extinction import RainExtinction, paths_to, rain_extinction, with_second
 from rtbow.lights import NEAREST_M, Lamp, Sun
 from rtbow.mie_direct import DirectMieSections
 from rtbow.optics import Optics, scene_optics, table_sections
+from rtbow.physics.constants import EARTH_RADIUS_M
 from rtbow.reference_kernel import integrate_spectrum, sample_rays
 from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
 from rtbow.reference_rain_kernel import depths_along, depths_of_paths

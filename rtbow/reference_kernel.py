@@ -6,8 +6,8 @@ import numpy as np
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER
 from rtbow.airy_kernel import airy_grid, airy_squared_at
-from rtbow.arrays import Array, Indices
-from rtbow.compiled import compiled, prange
+from rtbow.base.arrays import Array, Indices
+from rtbow.base.compiled import compiled, prange
 from rtbow.volume_kernel import interpolate
 
 LEAST_NODES = 3

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array, Indices
-from rtbow.compiled import compiled, prange
+from rtbow.base.arrays import Array, Indices
+from rtbow.base.compiled import compiled, prange
 from rtbow.reference_kernel import optical_depth
 
 

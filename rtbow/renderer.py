@@ -10,9 +10,14 @@ from typing import TYPE_CHECKING, Literal, Self, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Progress, no_progress
+from rtbow.base.arrays import Progress, no_progress
+from rtbow.base.errors import (
+    InputError,
+    RtbowError,
+    UnavailableError,
+    UnsuitedError,
+)
 from rtbow.display import require_finite
-from rtbow.errors import InputError, RtbowError, UnavailableError, UnsuitedError
 from rtbow.scene import Scene
 
 if TYPE_CHECKING:

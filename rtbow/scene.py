@@ -8,15 +8,15 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, Strict, field_validator
 
-from rtbow.constants import (
+from rtbow.base.errors import InputError
+from rtbow.base.limits import (
     DEFAULT_DELTA_E,
     LEAST_DELTA_E,
     MOST_DELTA_E,
     SIZE_SPREADS,
-    VISIBLE_NM,
     WATER_C,
 )
-from rtbow.errors import InputError
+from rtbow.physics.constants import VISIBLE_NM
 from rtbow.scene_droplets import Droplets
 from rtbow.scene_lights import Light
 from rtbow.scene_table import AltitudeDeg, Point, Table, refused, shown_as

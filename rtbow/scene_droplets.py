@@ -7,7 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, Strict, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails
 
-from rtbow.constants import MAX_DENSITY_PER_M3, MAX_GRID_POINTS
+from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS
 from rtbow.scene_radius import ConstantRadius, Radius
 from rtbow.scene_table import AXES, Point, Table, misplaced, missing, refused, shown_as
 

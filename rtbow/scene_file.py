@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rtbow.errors import InputError
-from rtbow.resources import resource_dir
+from rtbow.base.errors import InputError
+from rtbow.base.resources import resource_dir
 from rtbow.scene import Scene
 from rtbow.scene_lines import Lines
 from rtbow.scene_overrides import plain

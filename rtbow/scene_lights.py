@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rtbow.constants import MAX_DISC_DEG, SUN_DIAMETER_DEG
+from rtbow.base.limits import MAX_DISC_DEG
+from rtbow.physics.constants import SUN_DIAMETER_DEG
 from rtbow.scene_table import AltitudeDeg, Point, Table, shown_as
 
 _KIND = Field(

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene_droplets import Density, density_key
 from rtbow.scene_lights import Light
 from rtbow.scene_schema import ROOT, Node, suggestion

@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 from pydantic import ValidationError
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_errors import explain, line_text
 from rtbow.scene_lines import Lines

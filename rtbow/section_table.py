@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Array, floats
-from rtbow.errors import InputError
+from rtbow.base.arrays import Array, floats
+from rtbow.base.errors import InputError
 from rtbow.sizes import Sizes
 
 if TYPE_CHECKING:

@@ -13,8 +13,13 @@ import numpy as np
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, bows
 from rtbow.airy_kernel import airy_grid, airy_squared_at, running_at, running_grid
-from rtbow.arrays import Array, Progress, floats, no_progress
-from rtbow.compiled import compiled, prange
+from rtbow.base.arrays import (
+    Array,
+    Progress,
+    floats,
+    no_progress,
+)
+from rtbow.base.compiled import compiled, prange
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
 from rtbow.mie_store import compact_table, mie_table
 from rtbow.mie_table import MieSections, disc_grid, resample, standard_axes

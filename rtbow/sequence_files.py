@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rtbow.errors import InputError
-from rtbow.files import check_distinct, check_suffix, check_writable
+from rtbow.base.errors import InputError
+from rtbow.base.files import check_distinct, check_suffix, check_writable
 from rtbow.film import FILM_SUFFIXES, film_texts
 from rtbow.image import FRAME_SUFFIXES, frame_texts
 

@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow import atmosphere, constants
+from rtbow import atmosphere
 from rtbow.airy import SCALE_POWER, Bow
-from rtbow.arrays import Array, Float32
+from rtbow.base.arrays import Array, Float32
+from rtbow.base.limits import NO_PLANE
 from rtbow.camera import camera_basis, polarizer_pass
 from rtbow.colour import XYZ_TO_RGB
 from rtbow.gl_program import GlProgram
 from rtbow.glsl import Define, glsl_literal
 from rtbow.parts import Parts
+from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.scene import Scene
 from rtbow.steps import StepRates
 from rtbow.table import NEAR_Z_LOW
@@ -35,12 +37,12 @@ def matrix_literal(matrix: NDArray[np.float64]) -> str:
 def common_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
     """Give the constants and switches that mean the same in every method."""
     return {
-        "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
-        "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
+        "EARTH_RADIUS_M": EARTH_RADIUS_M,
+        "SCALE_HEIGHT_M": SCALE_HEIGHT_M,
         "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
         "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
         "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
-        "NO_PLANE": constants.NO_PLANE,
+        "NO_PLANE": NO_PLANE,
         "MAX_STEPS": MAX_STEPS,
         "GRID": not parts.volume.uniform,
         "AIR": parts.optics.has_air,

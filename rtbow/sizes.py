@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
-from rtbow.constants import MAX_RADIUS_UM, MIN_RADIUS_UM, TABLE_RADII_UM
+from rtbow.base.arrays import Array, floats
+from rtbow.base.limits import MAX_RADIUS_UM, MIN_RADIUS_UM, TABLE_RADII_UM
 from rtbow.scene_droplets import Density
 from rtbow.scene_radius import (
     ConstantRadius,

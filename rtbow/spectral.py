@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from rtbow import atmosphere
-from rtbow.arrays import Float32, Progress, no_progress
+from rtbow.base.arrays import Float32, Progress, no_progress
+from rtbow.base.errors import InputError, UnavailableError
 from rtbow.context import GlContext
-from rtbow.errors import InputError, UnavailableError
 from rtbow.gl_program import FrameTarget, GlProgram, added_up, check_sizes, texture_bytes
 from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow import constants
 from rtbow.airy import SCALE_POWER
-from rtbow.arrays import Array, Float32
+from rtbow.base.arrays import Array, Float32
+from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.camera import picture_cone
 from rtbow.glsl import Define, glsl_literal
 from rtbow.lights import NEAREST_M
@@ -101,7 +101,7 @@ def _pole_in_view(camera: Camera, optics: Optics) -> bool:
 
 def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
     """Give, per bow, the scattering angle beyond which it is dark (see :func:`dark_edges`)."""
-    smallest = max(volume.radius_range_um[0], constants.MIN_RADIUS_UM) * 1e-6
+    smallest = max(volume.radius_range_um[0], MIN_RADIUS_UM) * 1e-6
     disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
     return dark_edges(optics.bows, smallest, disc)
 

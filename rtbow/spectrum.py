@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
+from rtbow.base.errors import CHECK_PATH, InputError
+from rtbow.base.resources import resource_dir
 from rtbow.colour import colour_matching
-from rtbow.constants import VISIBLE_NM
-from rtbow.errors import CHECK_PATH, InputError
-from rtbow.resources import resource_dir
+from rtbow.physics.constants import VISIBLE_NM
 from rtbow.standards import illuminant_names, standard_arrays
 
 E490 = "E490"

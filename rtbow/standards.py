@@ -11,9 +11,9 @@ from importlib.metadata import version
 
 import numpy as np
 
-from rtbow.arrays import Array
-from rtbow.cache import cached_arrays, source_digest
-from rtbow.constants import VISIBLE_NM
+from rtbow.base.arrays import Array
+from rtbow.base.cache import cached_arrays, source_digest
+from rtbow.physics.constants import VISIBLE_NM
 
 
 def _extract() -> dict[str, Array]:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.airy import RADIUS_POWER
-from rtbow.arrays import Array, Float32, floats
 from rtbow.atmosphere import sun_column
-from rtbow.constants import SCALE_HEIGHT_M
+from rtbow.base.arrays import Array, Float32, floats
 from rtbow.optics import Optics
+from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.volume import DropletVolume
 
 SAMPLES_PER_CELL = 1.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 
-from rtbow.arrays import Progress
+from rtbow.base.arrays import Progress
 
 _TILE_SECONDS = 0.15
 """Time that a strip is to take."""

@@ -19,7 +19,7 @@ from datetime import UTC, date, datetime, time, timedelta
 
 import ephem
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 
 YEARS = (1900, 2100)
 """Between these the error above holds."""

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared_and_integral
-from rtbow.arrays import Array, floats
-from rtbow.cache import cached_arrays, source_digest
+from rtbow.base.arrays import Array, floats
+from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.disc import disc_nodes
 
 # --- Layout, shared with the shader through :func:`shader_constants` --------------------------

@@ -11,18 +11,18 @@ from pathlib import Path
 
 import numpy as np
 
-from rtbow.arrays import Array, Progress, no_progress
-from rtbow.constants import (
+from rtbow.base.arrays import Array, Progress, no_progress
+from rtbow.base.errors import InputError
+from rtbow.base.exr import write_exr_channels
+from rtbow.base.files import write_atomic
+from rtbow.base.limits import (
     MAX_DISC_DEG,
     MAX_RADIUS_UM,
     MIN_RADIUS_UM,
     SIZE_SPREADS,
-    VISIBLE_NM,
 )
-from rtbow.errors import InputError
-from rtbow.files import write_atomic
-from rtbow.image import write_exr_channels
 from rtbow.mie_axes import DEFAULT_SPREAD
+from rtbow.physics.constants import VISIBLE_NM
 from rtbow.sections import Theory, water_sections
 
 ORDERS = (1, 2)

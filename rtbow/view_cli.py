@@ -57,7 +57,7 @@ def view(
 
     Example: rtbow view shower --watch
     """
-    from rtbow.files import check_writable
+    from rtbow.base.files import check_writable
     from rtbow.scene_file import load_scene, typed_override
 
     overrides = typed_overrides(settings, size, max_delta_e, method)

@@ -13,11 +13,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Array
-from rtbow.constants import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, MIN_RADIUS_UM
+from rtbow.base.arrays import Array
+from rtbow.base.errors import CHECK_PATH, InputError
+from rtbow.base.files import write_atomic
+from rtbow.base.limits import (
+    MAX_DENSITY_PER_M3,
+    MAX_GRID_POINTS,
+    MAX_RADIUS_UM,
+    MIN_RADIUS_UM,
+)
 from rtbow.drops import draw_drops
-from rtbow.errors import CHECK_PATH, InputError
-from rtbow.files import write_atomic
 from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets
 from rtbow.scene_values import place_of

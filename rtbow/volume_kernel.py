@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array
-from rtbow.compiled import compiled
+from rtbow.base.arrays import Array
+from rtbow.base.compiled import compiled
 
 
 @compiled()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array
-from rtbow.constants import AIR_REFRACTIVE_INDEX
+from rtbow.base.arrays import Array
+from rtbow.physics.constants import AIR_REFRACTIVE_INDEX
 
 _KELVIN = 273.15
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from command_line import Result
 from numpy.typing import ArrayLike
 
 import rtbow.cli
 import rtbow.renderer
+from command_line import Result
 from rtbow.context import Backend, GlContext, open_context
 
 if TYPE_CHECKING:

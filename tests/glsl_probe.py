@@ -204,3 +204,23 @@ def _set_uniform(program: moderngl.Program, name: str, value: Any) -> None:
     elif isinstance(value, np.generic):
         value = value.item()
     program[name].value = value  # type: ignore[union-attr]
+
+
+def upload(gl, data):
+    """Upload rows of texels, (rows, columns, channels)."""
+    data = np.ascontiguousarray(data)
+    texture = gl.ctx.texture(data.shape[1::-1], data.shape[2], data, dtype="f4")
+    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
+
+
+def rounded(values):
+    """Round to float32, as the device holds it."""
+    return np.float64(np.float32(values))
+
+
+def unit_vectors(rng, count):
+    """Draw directions (count, 3)."""
+    v = rng.normal(size=(count, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)

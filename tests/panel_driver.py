@@ -13,8 +13,8 @@ import numpy as np
 from imgui_bundle import imgui
 from pydantic import BaseModel
 
+from rtbow.base.errors import InputError
 from rtbow.context import GlContext
-from rtbow.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
 from rtbow.scene_schema import ROOT, Node

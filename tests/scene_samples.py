@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene_file import scene_from_text
 
 BASE = """\

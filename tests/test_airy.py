@@ -6,7 +6,6 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.special import airy
-from textbook import cross_section, stationary_ray
 
 from rtbow.airy import (
     RADIUS_POWER,
@@ -19,6 +18,7 @@ from rtbow.airy import (
     excess_angle,
 )
 from rtbow.water import relative_index
+from textbook import cross_section, stationary_ray
 
 NM = np.array([380.0, 450.0, 550.0, 650.0, 780.0])
 INDEX = np.array([1.3435, 1.3392, 1.3347, 1.3320, 1.3290])

@@ -11,17 +11,22 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from command_line import SMALL, Result, assert_refused, contents, execute, names, spawn
 
 import rtbow.animate
 import rtbow.fast
 import rtbow.image
 import rtbow.renderer
+from command_line import SMALL, Result, assert_refused, contents, execute, names, spawn
 from rtbow.animate import sequence_exposure_ev
 from rtbow.animation import Move, parse_move, plan_animation
+from rtbow.base.errors import InputError
 from rtbow.display import BLACK_FRAME_EV, auto_exposure_ev, display
-from rtbow.errors import InputError
-from rtbow.image import png_texts, read_exr, read_png, write_png
+from rtbow.image import (
+    png_texts,
+    read_exr,
+    read_png,
+    write_png,
+)
 from rtbow.scene_file import load_scene
 from rtbow.spectrum import load_spectrum
 from rtbow.sun_position import sun_path

@@ -5,10 +5,9 @@ from functools import lru_cache
 import moderngl
 import numpy as np
 import pytest
-from glsl_probe import probe
 from scipy.integrate import quad
-from textbook import EARTH_M, H0_M, column_along_ray, density
 
+from glsl_probe import probe
 from rtbow.atmosphere import (
     ALTITUDE_CURVE,
     MAX_HEIGHT_M,
@@ -18,6 +17,7 @@ from rtbow.atmosphere import (
     segment_column,
     sun_column,
 )
+from textbook import EARTH_M, H0_M, column_along_ray, density
 
 
 @pytest.mark.parametrize(

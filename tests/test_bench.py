@@ -20,6 +20,8 @@ from click.testing import CliRunner
 import rtbow.bench
 import rtbow.bench_error
 import rtbow.bench_scaling
+from checkout import ROOT
+from rtbow.base.errors import InputError, UnavailableError
 from rtbow.bench import BenchRow, Plan, TooSlowError, frames_for, run_bench, shader_methods
 from rtbow.bench_error import PixelSample, colour_error, reference_xyz, sample_pixels
 from rtbow.bench_floor import TABLE_SIDE, FloorPass
@@ -39,13 +41,11 @@ from rtbow.camera import pixel_directions
 from rtbow.cli import rtbow as command_line
 from rtbow.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.context import open_context
-from rtbow.errors import InputError, UnavailableError
 from rtbow.reference import radiance_along, render_reference
 from rtbow.renderer import METHODS, Renderer
 from rtbow.scene_file import load_scene
 from rtbow.volume import load_volume
 
-ROOT = Path(__file__).resolve().parents[1]
 SMALL = (32, 18)
 QUICK = Plan(size_px=SMALL, methods=("spectral",), frames=3, error_pixels=80)
 # What scripts read: the interface's own keys, and those that go with them.

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from rtbow.base.errors import InputError
 from rtbow.chart import Setup, lee_raster, profiles
 from rtbow.cli import rtbow
 from rtbow.colour import xyz_to_rgb
-from rtbow.errors import InputError
 from rtbow.sections import water_sections
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import rtbow
 from rtbow import claims
-from rtbow.arrays import floats
+from rtbow.base.arrays import floats
 from rtbow.claims import CLAIMS, Frame
 from rtbow.figures import PREFIX, figure_names
 

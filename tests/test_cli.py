@@ -19,6 +19,12 @@ import zipfile
 import click
 import numpy as np
 import pytest
+from PIL import Image
+
+import rtbow.base.files
+import rtbow.cli
+import rtbow.context
+import rtbow.renderer
 from command_line import (
     SMALL,
     Result,
@@ -28,15 +34,9 @@ from command_line import (
     execute,
     spawn,
 )
-from PIL import Image
-
-import rtbow.cli
-import rtbow.context
-import rtbow.files
-import rtbow.renderer
 from rtbow import __version__
+from rtbow.base.resources import resource_dir
 from rtbow.image import read_exr
-from rtbow.resources import resource_dir
 from rtbow.scene_file import builtin_scenes
 
 FAST = "method fast\n"
@@ -585,7 +585,7 @@ def test_a_folder_that_cannot_be_written(call, tmp_path, monkeypatch, no_renderi
         raise OSError(code, os.strerror(code), os.fspath(path))
 
     # Simulated, since a superuser may write anywhere.
-    monkeypatch.setattr(rtbow.files, "_create", refuse)
+    monkeypatch.setattr(rtbow.base.files, "_create", refuse)
     assert_refused(call("render", "uniform", "-o", "x.exr"), "x.exr: cannot be written", words)
     assert contents(tmp_path) == {}
 
@@ -628,7 +628,7 @@ def test_a_failure_at_the_end_spares_the_old_file(call, tmp_path, monkeypatch, s
     def fail(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(rtbow.files.os, step, fail)
+    monkeypatch.setattr(rtbow.base.files.os, step, fail)
     result = call("render", "uniform", "-o", f"x.{suffix}", "--size", "4x3")
     monkeypatch.undo()
     assert_refused(result, f"x.{suffix}: cannot be written: No space left on device")
@@ -722,7 +722,7 @@ def test_ctrl_c_while_writing(call, tmp_path, monkeypatch, suffix, step):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(rtbow.files.os, step, interrupt)
+    monkeypatch.setattr(rtbow.base.files.os, step, interrupt)
     result = call("render", "uniform", "-o", f"x.{suffix}", "--size", "4x3")
     monkeypatch.undo()
     assert result.code == 130
@@ -738,7 +738,7 @@ def test_sigterm_while_writing(call, tmp_path, monkeypatch, suffix, step):
     def terminate(*_):
         signal.raise_signal(signal.SIGTERM)
 
-    monkeypatch.setattr(rtbow.files.os, step, terminate)
+    monkeypatch.setattr(rtbow.base.files.os, step, terminate)
     result = call("render", "uniform", "-o", f"x.{suffix}", "--size", "4x3", "-q")
     monkeypatch.undo()
     assert result == Result(143, "", "terminated; nothing was left half written\n")

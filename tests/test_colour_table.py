@@ -11,8 +11,9 @@ from numpy.polynomial.polynomial import polyval
 from scipy.integrate import quad
 
 from rtbow import atmosphere
-from rtbow.arrays import Array
 from rtbow.atmosphere import NO_AIR, Column, rayleigh_depth
+from rtbow.base.arrays import Array
+from rtbow.base.limits import LEAST_DELTA_E, MOST_DELTA_E
 from rtbow.colour_table import (
     BakedLight,
     ColourTable,
@@ -25,7 +26,6 @@ from rtbow.colour_table import (
     light_basis,
     unfolded,
 )
-from rtbow.constants import LEAST_DELTA_E, MOST_DELTA_E
 from rtbow.fast_lamp import over_discs, running_colours
 from rtbow.fast_settings import FastSettings, hat_rows, node_step_nm, settings_for
 from rtbow.fast_volume import (

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scene_samples import BASE, problems
 
 import rtbow
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene, parse_set, scene_from_text
 from rtbow.volume import DropletVolume, save_volume
+from scene_samples import BASE, problems
 
 SMALL = BASE.replace("[64, 36]", "[20, 9]") + "[render]\nwavelength_step_nm = 20.0\n"
 RIGHT = '[compare]\n[compare.right]\natmosphere.rayleigh = true\n"light.0.altitude_deg" = 5.0\n'

@@ -14,18 +14,19 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
-from screen import virtual_screen
 
 import rtbow.context
 import rtbow.gl_egl
+from checkout import ROOT
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.context import BACKENDS, GlContext, open_context, probe_backends
-from rtbow.errors import InputError, RtbowError, UnavailableError
+from screen import virtual_screen
 
 HEADLESS = ("egl", "osmesa")
 PREAMBLE = """
 import numpy as np
 from rtbow.context import open_context, probe_backends
-from rtbow.errors import UnavailableError
+from rtbow.base.errors import UnavailableError
 from test_context import Painter, interleave
 """
 
@@ -100,8 +101,8 @@ def run_python(code: str, **environment: str | None) -> str:
     for name, value in environment.items():
         if value is None:
             env.pop(name, None)
-    here = Path(__file__).parent
-    env["PYTHONPATH"] = os.pathsep.join([str(here.parent), str(here)])
+    here = ROOT / "tests"
+    env["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(here), str(Path(__file__).parent)])
     result = subprocess.run(
         [sys.executable, "-c", PREAMBLE + textwrap.dedent(code)],
         env=env,

@@ -2,8 +2,7 @@
 
 from itertools import combinations, product
 
-from test_lamps import make
-
+from lamp_samples import make
 from rtbow.context import open_context
 from rtbow.glsl import compile_program
 from rtbow.parts import scene_parts

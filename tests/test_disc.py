@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from textbook import mean_on_sphere
 
 from rtbow.disc import disc_mean, disc_nodes
+from textbook import mean_on_sphere
 
 RADIUS = np.radians(0.2665)
 

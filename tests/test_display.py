@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from rtbow.base.errors import InputError, RtbowError
 from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import (
     auto_exposure_ev,
@@ -14,7 +15,6 @@ from rtbow.display import (
     require_finite,
     srgb_encode,
 )
-from rtbow.errors import InputError, RtbowError
 
 
 def random_colours(scale=1.0):

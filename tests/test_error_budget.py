@@ -1,15 +1,14 @@
 """The error budget's own parts: colour difference, document, air mass, strips."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from checkout import ROOT
 from rtbow.colour import D65_XYZ
 from rtbow.colour_difference import Spread, delta_e_2000, frame_difference
 from rtbow.error_budget import Note, Row, Stage, document, run_stage
 
-TOOLS = Path(__file__).resolve().parents[1] / "tools"
+TOOLS = ROOT / "tools"
 
 # Sharma, Wu, Dalal, Color Res. Appl. 30, 21 (2005), table 1: pairs 1, 4, 7, 10, 17, 25, 31, 34.
 SHARMA = [

@@ -22,12 +22,12 @@ import rtbow.fast_lamp
 import rtbow.fast_scene
 import rtbow.fast_sun
 import rtbow.fast_sun_colours
-from rtbow.arrays import Array
+from rtbow.base.arrays import Array
+from rtbow.base.errors import UnsuitedError
 from rtbow.bench_error import PixelSample, colour_error, sample_pixels
 from rtbow.camera import pixel_directions
 from rtbow.colour import rgb_to_xyz
 from rtbow.colour_difference import frame_difference
-from rtbow.errors import UnsuitedError
 from rtbow.reference import radiance_along
 from rtbow.scene import Scene
 from rtbow.scene_file import scene_from_text

@@ -8,15 +8,16 @@ from typing import Any
 import moderngl
 import numpy as np
 import pytest
-from glsl_probe import probe
-from test_glsl_functions import rounded, unit_vectors
 
-from rtbow import atmosphere, constants
+from glsl_probe import probe, rounded, unit_vectors
+from rtbow import atmosphere
 from rtbow.airy import RADIUS_POWER
+from rtbow.base.limits import NO_PLANE
 from rtbow.camera import box_span
 from rtbow.colour_table import RIGHT_ANGLE_CHORD, folded_chord
 from rtbow.fast_scene import DARK
 from rtbow.glsl import Define
+from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 
 TABLE: Mapping[str, Define] = {
     "RIGHT_ANGLE_CHORD": RIGHT_ANGLE_CHORD,
@@ -237,12 +238,12 @@ def test_fall_off(gl, rng, degree, rain, several):
 
 PATH: Mapping[str, Define] = {
     **TABLE,
-    "EARTH_RADIUS_M": constants.EARTH_RADIUS_M,
-    "SCALE_HEIGHT_M": constants.SCALE_HEIGHT_M,
+    "EARTH_RADIUS_M": EARTH_RADIUS_M,
+    "SCALE_HEIGHT_M": SCALE_HEIGHT_M,
     "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
     "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
     "RADIUS_POWER": RADIUS_POWER,
-    "NO_PLANE": constants.NO_PLANE,
+    "NO_PLANE": NO_PLANE,
     "DARK": DARK,
     "MAX_STEPS": 1000,
     "LEAST_STEPS": 1,
@@ -276,7 +277,7 @@ class TestColumn:
         ray = rounded(unit_vectors(rng, 3000))
         distance = rounded(10.0 ** rng.uniform(0.0, 4.0, 3000))
         # As high or low as the host takes the series for near: 0.6 of the scale height.
-        far = np.abs(ray[:, 2]) * distance > 0.6 * constants.SCALE_HEIGHT_M
+        far = np.abs(ray[:, 2]) * distance > 0.6 * SCALE_HEIGHT_M
         ray, distance = ray[~far], distance[~far]
         height = eye + ray[:, 2] * distance
         exact = np.polynomial.polynomial.polyval(height, self.CUBIC)

@@ -12,9 +12,9 @@ import pytest
 import rtbow.fast_bake
 import rtbow.fast_scene
 import rtbow.steps
+from rtbow.base.errors import UnsuitedError
 from rtbow.colour_table import LightBasis
 from rtbow.context import GlContext, open_context
-from rtbow.errors import UnsuitedError
 from rtbow.fast import FastPass
 from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.display import display, max_luminance
-from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.film import even_sides, film_at, film_texts
 
 COLOURS = [

@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from textbook import LUMINANCE, cross_section, mean_on_sphere, towards
 
 import rtbow
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
 from rtbow.volume import DropletVolume, save_volume
 from rtbow.water import relative_index
+from textbook import LUMINANCE, cross_section, mean_on_sphere, towards
 
 EYE = (0.0, 0.0, 1.6)
 BOX = ((-1500.0, 200.0, 0.0), (1500.0, 1200.0, 1100.0))

@@ -7,9 +7,9 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
-from glsl_probe import MAX_WIDTH_PX, probe
 
-from rtbow.errors import RtbowError
+from glsl_probe import MAX_WIDTH_PX, probe
+from rtbow.base.errors import RtbowError
 from rtbow.glsl import (
     HEADER_NAME,
     ShaderError,

@@ -3,22 +3,13 @@
 import moderngl
 import numpy as np
 import pytest
-from glsl_probe import probe
 
+from glsl_probe import probe, rounded, unit_vectors
 from rtbow.camera import box_span, camera_basis, pixel_directions
 from rtbow.colour import XYZ_TO_RGB, xyz_to_rgb
 from rtbow.scene import Camera
 from rtbow.shader_scene import matrix_literal
 from rtbow.volume_kernel import interpolate
-
-
-def rounded(values):
-    return np.float64(np.float32(values))
-
-
-def unit_vectors(rng, count):
-    v = rng.normal(size=(count, 3))
-    return v / np.linalg.norm(v, axis=1, keepdims=True)
 
 
 class TestAngleBetween:

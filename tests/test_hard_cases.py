@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from textbook import LUMINANCE
 
 import rtbow.section_table
 from rtbow.reference import render_reference
 from rtbow.scene import Scene
 from rtbow.spectral import SpectralPass
 from rtbow.volume import DropletVolume, save_volume
+from textbook import LUMINANCE
 
 EYE = (0.0, 0.0, 1.6)
 BOX = ((-1500.0, 200.0, 0.0), (1500.0, 1200.0, 1100.0))

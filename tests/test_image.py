@@ -12,9 +12,16 @@ import pytest
 from PIL import Image
 
 from rtbow import image
+from rtbow.base.errors import InputError, RtbowError
 from rtbow.display import auto_exposure_ev, display
-from rtbow.errors import InputError, RtbowError
-from rtbow.image import png_texts, read_exr, read_png, write_exr, write_frame, write_png
+from rtbow.image import (
+    png_texts,
+    read_exr,
+    read_png,
+    write_exr,
+    write_frame,
+    write_png,
+)
 
 METADATA = {
     "scene": '[camera]\nsize_px = [5, 7]  # "größer", 大',

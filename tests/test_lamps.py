@@ -5,12 +5,11 @@ from functools import cache, lru_cache
 
 import numpy as np
 import pytest
-from glsl_probe import probe
 from scipy.special import airy
-from test_table import upload
-from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
 
 import rtbow
+from glsl_probe import probe, upload
+from lamp_samples import BOX, EYE, FLUX_LM, INSIDE, NM, NUMBER, STEP_NM, lamp, make
 from rtbow.colour import colour_matching
 from rtbow.disc import disc_nodes
 from rtbow.lights import lamps
@@ -19,36 +18,7 @@ from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
 from rtbow.table import MAX_DISC, NEAR_S_FIXED, build_airy_table, near_z_high, shader_constants
 from rtbow.water import relative_index
-
-STEP_NM = 40.0
-NM = np.arange(380.0, 781.0, STEP_NM)
-FLUX_LM = 1000.0
-NUMBER = 1000.0
-BOX = ((-20.0, 0.0, 0.0), (20.0, 40.0, 20.0))
-EYE = (0.0, -5.0, 2.0)
-INSIDE = (0.0, 20.0, 5.0)
-"""A lamp among the drops."""
-
-
-def lamp(position=INSIDE, **changes):
-    parts = {"type": "point", "position_m": list(position), "luminous_flux_lm": FLUX_LM}
-    return parts | {"spectrum": "equal-energy"} | changes
-
-
-def make(camera=None, lights=None, droplets=None, render=None, **changes):
-    parts = {
-        "camera": {"position_m": list(EYE), "altitude_deg": 10.0, "size_px": [32, 18]}
-        | (camera or {}),
-        "light": lights or [lamp()],
-        "droplets": {
-            "box_m": [list(corner) for corner in BOX],
-            "radius": {"distribution": "constant", "radius_um": 300.0},
-            "density": {"number_per_m3": NUMBER},
-        }
-        | (droplets or {}),
-        "render": {"wavelength_step_nm": STEP_NM} | (render or {}),
-    }
-    return Scene.model_validate(parts | changes)
+from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
 
 
 @pytest.fixture(params=["osmesa", "egl"])

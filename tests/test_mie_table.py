@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import rtbow.mie_build as mie_build
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.jobs import on_cluster
 from rtbow.disc import disc_nodes
-from rtbow.errors import InputError, RtbowError, UnavailableError
 from rtbow.mie import intensities
 from rtbow.mie_average import coherent, mean_efficiency, mean_intensities, node_intensities
 from rtbow.mie_axes import INDEX_RANGE, MieAxes
@@ -283,7 +284,7 @@ def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
             yield part, mie_build.compute_part(part)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(mie_build, "_local", stopped)
+    monkeypatch.setattr(mie_build, "in_processes", stopped)
     with pytest.raises(KeyboardInterrupt):
         build_mie_table(SMALL, SMALL_RADII)
     assert len(list(cache.glob("mie-part-*.npz"))) == len(every) // 2
@@ -294,7 +295,7 @@ def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
             computed.append(part)
             yield part, mie_build.compute_part(part)
 
-    monkeypatch.setattr(mie_build, "_local", rest)
+    monkeypatch.setattr(mie_build, "in_processes", rest)
     same(build_mie_table(SMALL, SMALL_RADII), expected)
     assert len(computed) == len(every) - len(every) // 2
     assert not list(cache.glob("mie-part-*.npz"))
@@ -389,7 +390,7 @@ def test_a_cluster_that_loses_a_worker_builds_the_same_table(cache, expected):
 
 def test_no_scheduler():
     with pytest.raises(UnavailableError, match="no Dask scheduler answers there"):
-        list(mie_build._cluster([], "tcp://127.0.0.1:1"))
+        list(on_cluster(mie_build._checked_part, [], "tcp://127.0.0.1:1", ""))
 
 
 def test_scenes_find_the_tables_that_were_built(cache, monkeypatch):

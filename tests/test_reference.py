@@ -5,15 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from scipy.integrate import quad, trapezoid
-from textbook import (
-    LUMINANCE,
-    RGB_TO_XYZ,
-    column_along_ray,
-    cross_section,
-    mean_on_sphere,
-    rayleigh_depth,
-    towards,
-)
 
 from rtbow import reference
 from rtbow.airy_kernel import airy_grid, airy_squared_at
@@ -25,6 +16,15 @@ from rtbow.reference_kernel import sample_rays
 from rtbow.scene import Scene
 from rtbow.volume import DropletVolume, save_volume
 from rtbow.water import relative_index
+from textbook import (
+    LUMINANCE,
+    RGB_TO_XYZ,
+    column_along_ray,
+    cross_section,
+    mean_on_sphere,
+    rayleigh_depth,
+    towards,
+)
 
 STEP_NM = 40.0
 NM = np.arange(380.0, 781.0, STEP_NM)

@@ -3,12 +3,12 @@
 import math
 import pickle
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 from pydantic import ValidationError
 
+from checkout import ROOT as CHECKOUT
 from rtbow.scene import Camera, Render, Scattering, Scene
 from rtbow.scene_droplets import Density, Droplets, density_key
 from rtbow.scene_file import parse_set, scene_from_text
@@ -16,7 +16,7 @@ from rtbow.scene_lights import SunLight
 from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius
 from rtbow.scene_schema import ROOT, Node, node_at, suggestion, toml_text, walk_fields
 
-README = Path(__file__).parent.parent / "scenes" / "README.md"
+README = CHECKOUT / "scenes" / "README.md"
 
 
 def droplets(**changes: Any) -> dict[str, Any]:

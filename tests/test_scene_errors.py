@@ -1,9 +1,9 @@
 """What is said about wrong values in a scene file."""
 
 import pytest
-from scene_samples import BASE, FROM_FILE, problems
 
 from rtbow.scene_file import scene_from_text
+from scene_samples import BASE, FROM_FILE, problems
 
 # --- wrong values: (what to replace in BASE, by what, the whole message after "storm.toml: ")
 

@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import pytest
-from scene_samples import BASE, FROM_FILE, problems
 
 from rtbow import scene_file
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene_file import (
     builtin_scenes,
     load_scene,
@@ -14,6 +13,7 @@ from rtbow.scene_file import (
     scene_from_text,
     scene_title,
 )
+from scene_samples import BASE, FROM_FILE, problems
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene_file import scene_from_text
 from rtbow.scene_lines import Lines
 

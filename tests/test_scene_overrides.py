@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scene_samples import BASE, problems
 
 from rtbow.scene_droplets import Density
 from rtbow.scene_file import scene_from_text
 from rtbow.scene_lights import PointLight
 from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius, UniformRadius
+from scene_samples import BASE, problems
 
 
 def loaded(overrides: dict[str, Any], text: str = BASE):

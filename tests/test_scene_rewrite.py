@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene_file import builtin_scenes, load_scene, scene_from_text
 from rtbow.scene_rewrite import rewritten
 from rtbow.scene_values import changed_scene

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.random_scenes import random_scene
 from rtbow.scene import Scene
 from rtbow.scene_file import builtin_scenes, load_scene, parse_set, scene_from_text

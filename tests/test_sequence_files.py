@@ -7,8 +7,14 @@ import os
 import numpy as np
 import pytest
 
-from rtbow.errors import InputError
-from rtbow.image import exr_texts, frame_texts, png_texts, write_exr, write_png
+from rtbow.base.errors import InputError
+from rtbow.image import (
+    exr_texts,
+    frame_texts,
+    png_texts,
+    write_exr,
+    write_png,
+)
 from rtbow.sequence_files import Pattern, check_places, frames_beyond, parse_outputs
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from rtbow.base.errors import UnavailableError
 from rtbow.context import GlContext, open_context
-from rtbow.errors import UnavailableError
 from rtbow.scene import Scene
 from rtbow.spectral import SpectralPass
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from rtbow.base.errors import InputError
 from rtbow.colour import colour_matching
-from rtbow.errors import InputError
 from rtbow.spectrum import (
     Spectrum,
     bin_means,

@@ -8,7 +8,7 @@ from datetime import UTC, date, datetime, timedelta, timezone
 import numpy as np
 import pytest
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.sun_position import standard_pressure_hpa, sun_hours, sun_path, sun_position
 
 GOLDEN = (39.742476, -105.1786)

@@ -3,16 +3,15 @@
 from dataclasses import dataclass
 from functools import lru_cache
 
-import moderngl
 import numpy as np
 import pytest
-from glsl_probe import probe
 from scipy.special import airy
 
+from glsl_probe import probe, upload
 from rtbow import table
 from rtbow.airy import RADIUS_POWER, SCALE_POWER, bow
+from rtbow.base.errors import InputError
 from rtbow.disc import disc_nodes
-from rtbow.errors import InputError
 from rtbow.table import (
     MAX_DISC,
     NEAR_S_FIXED,
@@ -159,14 +158,6 @@ def test_cpu_look_up_on_both_sides_of_a_threshold(built, name):
     assert cases.worst(
         built.mean_airy_squared(cases.z, cases.s, cases.distance)
     ) < THRESHOLD_BOUNDS.get(name, 0.002)
-
-
-def upload(gl, data):
-    data = np.ascontiguousarray(data)
-    texture = gl.ctx.texture(data.shape[1::-1], data.shape[2], data, dtype="f4")
-    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    texture.repeat_x = texture.repeat_y = False
-    return texture
 
 
 def glsl_look_up(gl, built, cases, disc, pole=None, wide=None):

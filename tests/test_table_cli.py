@@ -7,13 +7,13 @@ import re
 import numpy as np
 import OpenEXR
 import pytest
+
 from command_line import (
     Result,
     assert_refused,
     contents,
     execute,
 )
-
 from rtbow.airy import airy_squared, bow
 from rtbow.disc import disc_mean
 from rtbow.water import relative_index

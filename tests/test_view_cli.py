@@ -9,12 +9,11 @@ import sys
 import textwrap
 from pathlib import Path
 
-from screen import PROCESSES, virtual_screen
-
 import rtbow
 import rtbow.image
 import rtbow.scene_file
 from rtbow.scene_file import load_scene
+from screen import PROCESSES, virtual_screen
 
 SIZE = (320, 180)
 WINDOW = (SIZE[0] + 340, 600)
@@ -202,7 +201,7 @@ def test_changed_files_are_taken_over_and_mistakes_told(screen, tmp_path):
 
 BUILT_IN = """
 import sys, time
-from rtbow.resources import resource_dir
+from rtbow.base.resources import resource_dir
 from rtbow.scene_file import builtin_scenes, load_scene
 from rtbow.view.app import Viewer
 from rtbow.view.edits import Opened
@@ -242,7 +241,7 @@ def test_built_in_scenes_are_followed_too(screen, tmp_path):
 ACTING = """
 import os, sys
 from pathlib import Path
-from rtbow.errors import UnavailableError
+from rtbow.base.errors import UnavailableError
 from rtbow.view import app, recovery, window
 
 def act(viewer, frames=None, screenshot=None):

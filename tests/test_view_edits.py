@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rtbow.errors import InputError
+from checkout import ROOT
+from rtbow.base.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_file import (
     builtin_scenes,
@@ -293,7 +294,7 @@ POOL: tuple[dict[str, object], ...] = (
 
 @pytest.mark.parametrize("name", ["uniform", "shower", "two-lamps", "fogbow"])
 def test_after_any_changes_the_command_makes_the_same_scene(name, rng, monkeypatch):
-    monkeypatch.chdir(Path(__file__).parents[1])
+    monkeypatch.chdir(ROOT)
     made = 0
     for _ in range(40):
         edits = None

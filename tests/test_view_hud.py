@@ -2,8 +2,8 @@
 
 import pytest
 from imgui_bundle import imgui
-from panel_driver import staged
 
+from panel_driver import staged
 from rtbow.view.hud import _label, _meet
 
 AREA = (10.0, 20.0, 300.0, 200.0)

@@ -6,14 +6,14 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import glfw
 import pytest
 from imgui_bundle import imgui
-from screen import virtual_screen
 
+from checkout import ROOT
 from rtbow.view.imgui_input import WindowInput
+from screen import virtual_screen
 
 QWERTZ = {glfw.KEY_Z: "y", glfw.KEY_Y: "z", glfw.KEY_MINUS: "ß", glfw.KEY_SLASH: "-"}
 AZERTY = {
@@ -153,7 +153,7 @@ for name in ("z", "odiaeresis", "minus"):
 
 def test_a_real_keyboard_of_another_layout():
     with virtual_screen(300, 200) as name:
-        env = {**os.environ, "DISPLAY": name, "PYTHONPATH": str(Path(__file__).parent)}
+        env = {**os.environ, "DISPLAY": name, "PYTHONPATH": str(ROOT / "tests")}
         subprocess.run(["setxkbmap", "de"], check=True, env=env)
         result = subprocess.run(
             [sys.executable, "-c", TYPED, name], capture_output=True, text=True, env=env, timeout=60

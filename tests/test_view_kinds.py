@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 import pytest
-from panel_driver import KEY, is_red, staged
 from pydantic import BaseModel, Field
 
+from panel_driver import KEY, is_red, staged
 from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets
 from rtbow.scene_file import (

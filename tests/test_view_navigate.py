@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from textbook import pinhole
-from textbook import towards as unit
 
 from rtbow.scene import Camera
 from rtbow.scene_file import load_scene
 from rtbow.view import navigate
+from textbook import pinhole
+from textbook import towards as unit
 
 VIEW = (900, 500)
 

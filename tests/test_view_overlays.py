@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from textbook import pinhole, stationary_ray
-from textbook import towards as unit
 
 from rtbow.scene_file import load_scene
 from rtbow.view.overlays import (
@@ -18,6 +16,8 @@ from rtbow.view.overlays import (
     overlays,
 )
 from rtbow.view.projection import View, part_views
+from textbook import pinhole, stationary_ray
+from textbook import towards as unit
 
 SIZE = (960, 540)
 

@@ -6,10 +6,10 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from panel_driver import KEY, SECTIONS, WIDTH, is_red, shown_rows, staged
 from PIL import Image
 from pydantic import BaseModel, Field
 
+from panel_driver import KEY, SECTIONS, WIDTH, is_red, shown_rows, staged
 from rtbow.scene import Camera, Scene
 from rtbow.scene_file import (
     builtin_scenes,

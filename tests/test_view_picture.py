@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from glsl_probe import probe
 
+from glsl_probe import probe
 from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import _dither, display, gamut_map, srgb_encode
 from rtbow.view.picture import Picture

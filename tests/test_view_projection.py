@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from textbook import pinhole
-from textbook import towards as unit
 
 from rtbow.camera import pixel_directions
 from rtbow.scene import Camera
 from rtbow.scene_file import load_scene
 from rtbow.view.projection import View, azimuth_altitude_deg, part_at, part_views
+from textbook import pinhole
+from textbook import towards as unit
 
 SIZE = (800, 450)
 

@@ -5,11 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from textbook import cross_section, mean_on_sphere, pinhole
-from textbook import towards as unit
 
+from rtbow.base.resources import resource_dir
 from rtbow.reference import radiance_along
-from rtbow.resources import resource_dir
 from rtbow.scene_file import load_scene
 from rtbow.view.readout import (
     distance_text,
@@ -20,6 +18,8 @@ from rtbow.view.readout import (
     text_of,
 )
 from rtbow.water import relative_index
+from textbook import cross_section, mean_on_sphere, pinhole
+from textbook import towards as unit
 
 SIZE = (1280, 720)
 WHITE = np.ones((9, 16, 3), dtype=np.float32)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from datetime import datetime, timedelta, timezone
 
 import pytest
-from panel_driver import Stage, is_red
 
+from panel_driver import Stage, is_red
 from rtbow.sun_position import sun_position
 
 # --- The sun by date ------------------------------------------------------------------------------

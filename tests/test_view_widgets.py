@@ -5,8 +5,8 @@ from __future__ import annotations
 import shlex
 
 import pytest
-from panel_driver import KEY, Stage, is_red, shown_rows, staged, value
 
+from panel_driver import KEY, Stage, is_red, shown_rows, staged, value
 from rtbow.scene_file import (
     builtin_scenes,
     parse_set,

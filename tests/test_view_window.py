@@ -18,14 +18,13 @@ import pytest
 from imgui_bundle import imgui, implot
 from PIL import Image
 from pydantic import BaseModel
-from screen import ICONIC, NORMAL, SCREEN_PX, Hands
 
 import rtbow
 import rtbow.image
 import rtbow.scene_file
+from rtbow.base.errors import UnavailableError
 from rtbow.bench_memory import PeakMemory
 from rtbow.display import display
-from rtbow.errors import UnavailableError
 from rtbow.reference import spectral_radiance_along
 from rtbow.scene_file import load_scene
 from rtbow.scene_values import changed_scene
@@ -37,6 +36,7 @@ from rtbow.view.pace import Order
 from rtbow.view.projection import View
 from rtbow.view.readout import read_pixel
 from rtbow.view.rows import rows_of
+from screen import ICONIC, NORMAL, SCREEN_PX, Hands
 
 SIZE = (320, 180)
 WINDOW = (SIZE[0] + 340, 600)

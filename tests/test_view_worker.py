@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rtbow.cache import FOLDER_VARIABLE, keep_arrays, kept_arrays
+from rtbow.base.cache import FOLDER_VARIABLE, keep_arrays, kept_arrays
 from rtbow.mie_build import kept_table, parts
 from rtbow.mie_table import node_range, standard_axes
 from rtbow.scene_file import load_scene

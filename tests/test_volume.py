@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.reference_kernel import interpolate
 from rtbow.scene_droplets import Droplets
 from rtbow.volume import DropletVolume, build_volume, load_volume, save_volume

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from checkout import ROOT
 from rtbow.image import read_exr
-
-CHECKOUT = Path(__file__).resolve().parent.parent
 
 
 def run(*command, **options):
@@ -26,7 +25,7 @@ def run(*command, **options):
 def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
     # No isolation: the build tools are installed, and tests need no network.
-    run("-m", "build", "--wheel", "--no-isolation", "--outdir", folder, CHECKOUT, cwd=folder)
+    run("-m", "build", "--wheel", "--no-isolation", "--outdir", folder, ROOT, cwd=folder)
     (path,) = folder.glob("rtbow-*.whl")
     return path
 
@@ -67,7 +66,7 @@ def empty_folder(tmp_path):
     ],
 )
 def test_wheel_holds_every_file(wheel, folder, kept_as, patterns):
-    source = CHECKOUT / folder
+    source = ROOT / folder
     wanted = {
         f"{kept_as}/{file.relative_to(source).as_posix()}"
         for pattern in patterns

@@ -21,17 +21,17 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from budget import STAGES
-from budget.frames import facts
 
 import rtbow
+from budget import STAGES
+from budget.frames import facts
 from rtbow.airy import airy_squared, bow
-from rtbow.arrays import Array, floats
 from rtbow.atmosphere import rayleigh_depth, sun_column
+from rtbow.base.arrays import Array, floats
+from rtbow.base.files import write_atomic
 from rtbow.colour import luminance
 from rtbow.error_budget import document, run_stage
 from rtbow.figures import PREFIX, figure_names
-from rtbow.files import write_atomic
 from rtbow.scene import Scene
 from rtbow.table_tools import describe_table
 from rtbow.volume import DropletVolume, save_volume

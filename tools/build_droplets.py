@@ -8,8 +8,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from rtbow.errors import RtbowError
-from rtbow.files import check_writable
+from rtbow.base.errors import RtbowError
+from rtbow.base.files import check_writable
 from rtbow.scene_file import load_scene, parse_set
 from rtbow.volume import build_volume, save_volume
 

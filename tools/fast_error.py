@@ -17,7 +17,7 @@ from unittest.mock import patch
 import numpy as np
 
 import rtbow
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.colour import rgb_to_xyz
 from rtbow.colour_difference import frame_difference
 from rtbow.fast_settings import FastSettings, Kind, settings_for

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.volume import DropletVolume, save_volume
 
 BOX_M = np.array([[-2000.0, 300.0, 0.0], [2000.0, 1500.0, 1250.0]])

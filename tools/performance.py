@@ -20,6 +20,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.files import write_atomic
 from rtbow.bench import BenchRow
 from rtbow.bench_report import (
     SCALING_LABELS,
@@ -32,8 +34,6 @@ from rtbow.bench_report import (
     share,
     short,
 )
-from rtbow.errors import InputError, RtbowError
-from rtbow.files import write_atomic
 
 Row = Mapping[str, Any]
 

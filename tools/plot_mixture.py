@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import rtbow
-from rtbow.arrays import Array
+from rtbow.base.arrays import Array
 from rtbow.sections import water_sections
 from rtbow.sizes import distribution, quantiles
 

@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 
 import rtbow
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
+from rtbow.base.cache import FOLDER_VARIABLE
 from rtbow.bench_memory import PeakMemory
-from rtbow.cache import FOLDER_VARIABLE
 from rtbow.scene import Scene
 
 _PERIODS = 3

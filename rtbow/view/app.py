@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import glfw
 
-from rtbow.arrays import Float32
-from rtbow.errors import InputError, RtbowError
+from rtbow.base.arrays import Float32
+from rtbow.base.errors import InputError, RtbowError
 from rtbow.image import FRAME_SUFFIXES
 from rtbow.scene import Scene
 from rtbow.scene_file import DEFAULT_SCENE

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 
-from rtbow.errors import InputError
-from rtbow.files import write_atomic
+from rtbow.base.errors import InputError
+from rtbow.base.files import write_atomic
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene, typed_override
 from rtbow.scene_rewrite import rewritten

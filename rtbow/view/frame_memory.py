@@ -7,7 +7,7 @@ from multiprocessing.shared_memory import SharedMemory
 
 import numpy as np
 
-from rtbow.arrays import Float32
+from rtbow.base.arrays import Float32
 
 _BUFFERS = 3
 """Frames in shared memory: one shown, one on its way, one being written."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from imgui_bundle import imgui
 
-from rtbow.resources import resource_dir
+from rtbow.base.resources import resource_dir
 from rtbow.scene_file import builtin_scenes, scene_title
 from rtbow.view import look
 from rtbow.view.edits import Edits

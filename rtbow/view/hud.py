@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from imgui_bundle import imgui, implot
 
-from rtbow.arrays import Array, Float32
+from rtbow.base.arrays import Array, Float32
 from rtbow.scene import Scene
 from rtbow.view import look
 from rtbow.view.overlays import Overlay, box_of, overlays

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel
 
+from rtbow.base.errors import InputError
+from rtbow.base.resources import resource_dir
 from rtbow.camera import direction
-from rtbow.errors import InputError
-from rtbow.resources import resource_dir
 from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets, density_key
 from rtbow.scene_schema import Node

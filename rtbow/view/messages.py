@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from rtbow.arrays import Array, Float32
-from rtbow.errors import InputError, RtbowError, UnavailableError
+from rtbow.base.arrays import Array, Float32
+from rtbow.base.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
     from rtbow.renderer import Method

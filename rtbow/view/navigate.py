@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.camera import camera_basis, direction
 from rtbow.scene import Camera, Scene
 from rtbow.scene_lights import SunLight

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from rtbow.airy import bow
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.camera import box_span, direction
 from rtbow.measures import angle_between
 from rtbow.scene import Scene

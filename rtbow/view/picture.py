@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import moderngl
 import numpy as np
 
-from rtbow.arrays import Float32
+from rtbow.base.arrays import Float32
 from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import max_luminance
 from rtbow.gl_program import GlProgram, row_texture

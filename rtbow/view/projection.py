@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.camera import camera_basis
 from rtbow.scene import Camera, Scene
 

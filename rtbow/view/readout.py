@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.arrays import Array, Float32, floats
+from rtbow.base.arrays import Array, Float32, floats
 from rtbow.camera import box_span, direction
 from rtbow.colour import luminance, rgb_to_xyz
 from rtbow.measures import angle_between, chromaticity

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from rtbow.files import write_atomic
+from rtbow.base.files import write_atomic
 from rtbow.scene import Scene
 from rtbow.scene_file import DEFAULT_SCENE
 from rtbow.scene_values import differences

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rtbow.errors import InputError, RtbowError
-from rtbow.resources import resource_dir
+from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.resources import resource_dir
 from rtbow.scene_file import DEFAULT_SCENE, builtin_scenes, load_scene, parse_set
 from rtbow.scene_values import scene_files
 from rtbow.view.edits import Edits, Opened

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtbow.arrays import Progress
-from rtbow.errors import RtbowError
+from rtbow.base.arrays import Progress
+from rtbow.base.errors import RtbowError
 from rtbow.view.frame_memory import FrameRing
 from rtbow.view.messages import (
     Begun,
@@ -183,7 +183,7 @@ class Server:
         return self._renderer
 
     def _save(self, request: SaveFrame) -> None:
-        from rtbow.files import check_writable
+        from rtbow.base.files import check_writable
         from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
         from rtbow.renderer import Renderer
 

@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rtbow.errors import RtbowError
+from rtbow.base.errors import RtbowError
 from rtbow.scene_values import scene_text
 from rtbow.view.messages import (
     Failed,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from imgui_bundle import imgui, implot
 
-from rtbow.arrays import Float32
+from rtbow.base.arrays import Float32
 from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import BLACK_FRAME_EV
 from rtbow.view import look

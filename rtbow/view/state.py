@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
-    from rtbow.arrays import Array
+    from rtbow.base.arrays import Array
     from rtbow.renderer import Method
     from rtbow.view.messages import FrameDrawn
 

@@ -10,7 +10,7 @@ import glfw
 import numpy as np
 from imgui_bundle import imgui
 
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.scene import Camera
 from rtbow.scene_values import differences
 from rtbow.view import hud, navigate

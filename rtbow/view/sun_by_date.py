@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from imgui_bundle import imgui
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.view import widgets
 from rtbow.view.rows import Row, Slide, own_row, shown_number
 from rtbow.view.ui import Ui

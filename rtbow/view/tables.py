@@ -9,7 +9,7 @@ from typing import Any
 from imgui_bundle import imgui
 from pydantic import BaseModel
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets, density_key
 from rtbow.scene_file import parse_set

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from budget.strips import strip_angles, strip_scene, table_strip
-from rtbow.arrays import Array, Values, floats
 from rtbow.atmosphere import rayleigh_depth, sun_column
+from rtbow.base.arrays import Array, Values, floats
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.optics import scene_optics

@@ -9,7 +9,7 @@ import numpy as np
 import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import drop_xyz, drops_per_area
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.camera import pixel_directions
 from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Row, Stage

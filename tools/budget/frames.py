@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 import rtbow
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.colour import rgb_to_xyz
 from rtbow.context import open_context
 from rtbow.renderer import Method

@@ -8,7 +8,7 @@ import numpy as np
 
 import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.camera import box_span, pixel_directions
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage

@@ -7,7 +7,7 @@ import numpy as np
 import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import DISC_RAD
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.colour_difference import frame_difference
 from rtbow.display import auto_exposure_ev, display, gamut_map, max_luminance, srgb_encode

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import rtbow
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
 from rtbow.camera import box_span
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.reference import radiance_along

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from budget.strips import reference_strip, strip_angles, strip_scene, table_strip
-from rtbow.arrays import Array, floats
+from rtbow.base.arrays import Array, floats
+from rtbow.base.errors import UnavailableError
+from rtbow.base.limits import TABLE_RADII_UM
 from rtbow.colour_difference import Spread, frame_difference
-from rtbow.constants import TABLE_RADII_UM
 from rtbow.error_budget import Measurement, Note, Row, Stage
-from rtbow.errors import UnavailableError
 from rtbow.mie_average import mean_intensities
 from rtbow.mie_axes import DEFAULT_SPREAD
 from rtbow.mie_build import kept_table

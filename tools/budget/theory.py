@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from budget.strips import reference_strip, strip_angles, strip_scene, table_strip
-from rtbow.arrays import Array
+from rtbow.base.arrays import Array
 from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
 

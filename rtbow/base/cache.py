@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import platformdirs
 
-from rtbow.errors import InputError, RtbowError
-from rtbow.files import TEMPORARY_PREFIX, TEMPORARY_SUFFIX, write_atomic
+from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.files import TEMPORARY_PREFIX, TEMPORARY_SUFFIX, write_atomic
+from rtbow.base.resources import PACKAGE
 
 Arrays = dict[str, np.ndarray[Any, np.dtype[Any]]]
 
@@ -116,10 +117,18 @@ def _path(name: str, key: str) -> Path | None:
     return folder / f"{name}-{hashlib.sha256(_encoded(key)).hexdigest()[:16]}.npz"
 
 
-def source_digest(*modules: str) -> str:
-    """Give a hash of modules of this package, for keys of what they compute."""
-    folder = Path(__file__).resolve().parent
-    texts = [(folder / f"{name}.py").read_bytes() for name in modules]
+def source_digest(*names: str) -> str:
+    """Give a hash of the code of packages, for keys of what they compute.
+
+    Args:
+        names: packages or modules within rtbow, such as ``physics.drop``; of a package all modules
+            count, those of its packages too.
+    """
+    texts: list[bytes] = []
+    for name in names:
+        place = PACKAGE.joinpath(*name.split("."))
+        modules = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
+        texts.extend(module.read_bytes() for module in modules)
     return hashlib.sha256(b"\0".join(texts)).hexdigest()[:16]
 
 

@@ -10,11 +10,11 @@ import sys
 import threading
 
 import pytest
-from command_line import names
 
-from rtbow import files
-from rtbow.errors import InputError
-from rtbow.files import check_writable, replacing, write_atomic
+from command_line import names
+from rtbow.base import files
+from rtbow.base.errors import InputError
+from rtbow.base.files import check_writable, replacing, write_atomic
 
 SUFFIXES = (".exr", ".png")
 
@@ -145,7 +145,7 @@ def test_own_output_is_continued_and_not_replaced(tmp_path):
     log = tmp_path / "log"
     log.write_bytes(b"earlier lines\n")
     program = (
-        "import sys; from rtbow.files import write_atomic; write_atomic(sys.argv[1], b'frame')"
+        "import sys; from rtbow.base.files import write_atomic; write_atomic(sys.argv[1], b'frame')"
     )
     with log.open("ab") as stdout:
         subprocess.run([sys.executable, "-c", program, str(link)], stdout=stdout, check=True)
@@ -225,7 +225,7 @@ def run_without_rights(code):
             os.setuid(65534)
 
     # Modules are loaded before the rights go: nobody may not see the checkout.
-    import rtbow.errors
+    import rtbow.base.errors
 
     child = os.fork()
     if child == 0:
@@ -234,7 +234,7 @@ def run_without_rights(code):
             become_nobody()
             code()
             status = 0
-        except rtbow.errors.InputError as error:
+        except rtbow.base.errors.InputError as error:
             os.write(2, f"InputError: {error}\n".encode())
             status = 2
         except BaseException as error:

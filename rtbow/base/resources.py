@@ -1,11 +1,13 @@
 """Where the files that travel with the package lie: shaders, scenes and data."""
 
+from importlib.resources import files
 from pathlib import Path
 from typing import Literal
 
-from rtbow.errors import UnavailableError
+from rtbow.base.errors import UnavailableError
 
-_PACKAGE = Path(__file__).resolve().parent
+PACKAGE = Path(str(files("rtbow"))).resolve()
+"""The folder of the package itself."""
 
 
 def resource_dir(kind: Literal["shaders", "scenes", "data"]) -> Path:
@@ -14,10 +16,10 @@ def resource_dir(kind: Literal["shaders", "scenes", "data"]) -> Path:
     Raises:
         UnavailableError: the installation has no such folder.
     """
-    installed = _PACKAGE / kind
+    installed = PACKAGE / kind
     if installed.is_dir():
         return installed
-    checkout = _PACKAGE.parent
+    checkout = PACKAGE.parent
     # Only a checkout's own folder counts: site-packages may hold another project's "scenes".
     if kind != "data" and (checkout / "pyproject.toml").is_file() and (checkout / kind).is_dir():
         return checkout / kind

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rtbow.errors import InputError
+from rtbow.base.errors import InputError
 
 PathLike = str | os.PathLike[str]
 

@@ -5,17 +5,16 @@ from pathlib import Path
 
 import pytest
 
-from rtbow import resources
-from rtbow.errors import UnavailableError
-from rtbow.resources import resource_dir
-
-ROOT = Path(__file__).parent.parent
+from checkout import ROOT
+from rtbow.base import resources
+from rtbow.base.errors import UnavailableError
+from rtbow.base.resources import resource_dir
 
 
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *folders: str) -> Path:
     for folder in ("rtbow", *folders):
         (tmp_path / folder).mkdir(parents=True, exist_ok=True)
-    monkeypatch.setattr(resources, "_PACKAGE", tmp_path / "rtbow")
+    monkeypatch.setattr(resources, "PACKAGE", tmp_path / "rtbow")
     return tmp_path
 
 

@@ -1,17 +1,4 @@
-"""Numbers of nature and of the standards, each typed once (SI unless the name says otherwise)."""
-
-VISIBLE_NM = (380.0, 780.0)
-"""Wavelength range of every spectral integral, nm (CIE 15 abridged range)."""
-
-LUMINOUS_EFFICACY_LM_PER_W = 683.0
-"""K_m of the CIE photometric system, lm/W (683.002 for the 2019 cd; CIE 15 rounds)."""
-
-AIR_REFRACTIVE_INDEX = 1.000277
-"""Index of air near the ground, 15 °C, 101325 Pa, mid-visible."""
-
-EARTH_RADIUS_M = 6_371_000.0
-SCALE_HEIGHT_M = 7994.0
-"""Scale height H0 of the exponential atmosphere (Fujiwara et al., section 5.2.1)."""
+"""What is accepted anywhere, and what is asked for by default."""
 
 MAX_DENSITY_PER_M3 = 1e12
 """Number densities accepted anywhere; the densest fog has some 1e9."""
@@ -24,8 +11,6 @@ MAX_RADIUS_UM = 5000.0
 TABLE_RADII_UM = (MIN_RADIUS_UM, 1500.0)
 """Radii of the whole table of exact theory; larger ones are built when a scene asks for them."""
 
-SUN_DIAMETER_DEG = 0.533
-"""The sun's disc across, at its mean distance."""
 MAX_DISC_DEG = 5.0
 """Discs accepted anywhere, across."""
 WATER_C = (-12.0, 60.0)

@@ -8,7 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from rtbow.cache import cache_dir
+from rtbow.base.cache import cache_dir
+from rtbow.base.resources import PACKAGE
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -27,8 +28,8 @@ def _kernels_digest() -> str:
     Numba looks at a function's own file alone, and would go on with what it compiled in from
     another file before that one changed.
     """
-    mark = b"rtbow.compiled import"
-    texts = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    mark = b"rtbow.base.compiled import"
+    texts = [path.read_bytes() for path in sorted(PACKAGE.rglob("*.py"))]
     return hashlib.sha256(b"\0".join(t for t in texts if mark in t)).hexdigest()[:16]
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtbow import cache
-from rtbow.errors import InputError, RtbowError
+from rtbow.base import cache
+from rtbow.base.errors import InputError, RtbowError
 
 
 @pytest.fixture
@@ -214,7 +214,7 @@ RACER = """
 import contextlib
 import sys
 import numpy as np
-from rtbow.cache import cache_dir, cached_arrays
+from rtbow.base.cache import cache_dir, cached_arrays
 
 print("ready", flush=True)
 sys.stdin.readline()

@@ -1,0 +1,3 @@
+"""The version of rtbow."""
+
+__version__ = "0.1.0"

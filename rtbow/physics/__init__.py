@@ -1,0 +1,1 @@
+"""Light, drops and air in NumPy: no scene, no GL."""
