@@ -28,8 +28,8 @@ from rtbow.cli_options import (
 if TYPE_CHECKING:
     from rtbow.animate import Report
     from rtbow.base.arrays import Progress
+    from rtbow.physics.light.sun_position import SunPosition
     from rtbow.renderer import Method
-    from rtbow.sun_position import SunPosition
 
     _SunPathType = click.ParamType["_Day"]
 else:  # generic since click 8.4 alone
@@ -46,7 +46,7 @@ class _Day:
     day: date
 
     def positions(self, count: int) -> tuple[SunPosition, ...]:
-        from rtbow.sun_position import sun_path
+        from rtbow.physics.light.sun_position import sun_path
 
         try:
             return sun_path(self.latitude_deg, self.longitude_deg, self.day, count)

@@ -17,7 +17,7 @@ from rtbow.scene_schema import node_at
 from rtbow.scene_values import changed_scene
 
 if TYPE_CHECKING:
-    from rtbow.sun_position import SunPosition
+    from rtbow.physics.light.sun_position import SunPosition
 
 SUN_KEYS = ("light.0.altitude_deg", "light.0.azimuth_deg")
 """What a sun's path moves."""

@@ -23,8 +23,8 @@ from rtbow.base.arrays import (
 )
 from rtbow.base.cache import cached_arrays, file_digest, source_digest
 from rtbow.camera import pixel_directions
-from rtbow.colour import rgb_to_xyz
 from rtbow.colour_difference import FrameDifference, frame_difference
+from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene import Scene
 
 REFERENCE_STEP_NM = 1.0
@@ -37,13 +37,6 @@ _AT_A_TIME = 128
 """Pixels whose reference is computed together: a table's cross-sections of more fill the memory."""
 
 # All that the reference's numbers come from, but the scene, whose values are in the key.
-_REFERENCE_MODULES = (
-    "airy", "airy_kernel", "arrays", "atmosphere", "camera", "colour", "compiled", "constants",
-    "disc", "drops", "extinction", "lights", "mie", "mie_average", "mie_axes", "mie_build",
-    "mie_direct", "mie_store", "mie_table", "optics", "reference", "reference_kernel",
-    "reference_lamp_kernel", "reference_rain_kernel", "reference_table_kernel", "section_table",
-    "sections", "sizes", "spectrum", "standards", "table", "volume", "volume_kernel", "water",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -165,7 +158,7 @@ def _key(part: Scene, rows: Indices, columns: Indices) -> str:
     pixels = hashlib.sha256(np.stack([rows, columns]).astype("<i8").tobytes()).hexdigest()
     return " ".join(
         [
-            source_digest(*_REFERENCE_MODULES),
+            source_digest(""),
             f"{REFERENCE_STEP_NM:g} nm",
             part.model_dump_json(exclude={"compare", "render"}),
             # What does not read fails with its own message when the volume is built.

@@ -6,21 +6,8 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.limits import NO_PLANE
+from rtbow.physics.geometry import direction
 from rtbow.scene import Camera
-
-
-def direction(azimuth_deg: float, altitude_deg: float) -> Array:
-    """Give the unit vector (3,) east, north, up towards an azimuth and altitude."""
-    azimuth, altitude = np.radians(azimuth_deg), np.radians(altitude_deg)
-    towards = np.array(
-        [
-            np.sin(azimuth) * np.cos(altitude),
-            np.cos(azimuth) * np.cos(altitude),
-            np.sin(altitude),
-        ]
-    )
-    # The sine of 180 degrees is 1e-16 in float64: south is south, and along a box's face.
-    return np.where(np.abs(towards) < 1e-15, 0.0, towards)
 
 
 def camera_basis(camera: Camera) -> Array:
@@ -60,33 +47,6 @@ def pixel_directions(camera: Camera, rows: slice = slice(None)) -> Array:
     y = 1.0 - (np.arange(height)[rows] + 0.5) / height * 2.0
     rays = forward + x[None, :, None] * right + y[:, None, None] * up
     return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
-
-
-def box_span(origin: Array, directions: Array, box: Array) -> tuple[Array, Array]:
-    """Give where rays are inside a box.
-
-    Args:
-        origin: ray start (3,).
-        directions: unit directions (..., 3).
-        box: lower and upper corner (2, 3).
-
-    Returns:
-        Distances of entry (0 inside) and exit, each (...); entry >= exit where a ray misses.
-    """
-    entry = np.zeros(directions.shape[:-1])
-    leave = np.full(directions.shape[:-1], np.inf)
-    for axis in range(3):
-        d = directions[..., axis]
-        parallel = d == 0.0
-        safe = np.where(parallel, 1.0, d)
-        near = (box[0, axis] - origin[axis]) / safe
-        far = (box[1, axis] - origin[axis]) / safe
-        low, high = np.minimum(near, far), np.maximum(near, far)
-        # A ray along a face counts as inside; one beside the box never enters.
-        within = box[0, axis] <= origin[axis] <= box[1, axis]
-        entry = np.maximum(entry, np.where(parallel, -np.inf if within else np.inf, low))
-        leave = np.minimum(leave, np.where(parallel, np.inf if within else -np.inf, high))
-    return entry, leave
 
 
 def polarizer_pass(camera: Camera) -> Array:

@@ -15,7 +15,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.airy import SCALE_POWER, bow
 from rtbow.base.arrays import (
     Array,
     Progress,
@@ -30,9 +29,12 @@ from rtbow.base.limits import (
     SIZE_SPREADS,
     WATER_C,
 )
-from rtbow.colour import xyz_to_rgb
 from rtbow.display import auto_exposure_ev, display
 from rtbow.physics.constants import SUN_DIAMETER_DEG, VISIBLE_NM
+from rtbow.physics.drop.airy import SCALE_POWER, bow
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.colour import xyz_to_rgb
+from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.plot import (
     COLOURS,
     GREY,
@@ -45,8 +47,7 @@ from rtbow.plot import (
     style,
 )
 from rtbow.sections import Sections, Theory, water_sections
-from rtbow.spectrum import E490, colour_weights, load_spectrum, wavelength_bins
-from rtbow.water import relative_index
+from rtbow.world.spectra import E490, load_spectrum
 
 Component = Literal["mean", "perpendicular", "parallel"]
 Scale = Literal["linear", "log"]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from rtbow.airy import RADIUS_POWER, bows
 from rtbow.base.arrays import (
     Array,
     Float32,
@@ -27,20 +26,15 @@ from rtbow.colour_table import LightBasis
 from rtbow.context import GlContext
 from rtbow.gl_program import GlProgram
 from rtbow.glsl import Define, glsl_literal
+from rtbow.physics.drop.airy import RADIUS_POWER, bows
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.scene import Scattering
 from rtbow.section_table import RadiusAxis, row_sections
 from rtbow.shader_scene import bow_rows, dark_edges
-from rtbow.sizes import Sizes, tabled_sizes
 from rtbow.table import airy_table, shader_constants
-from rtbow.water import relative_index
 
 _ROWS_AT_A_TIME = 32
-_SECTION_MODULES = (
-    "airy", "airy_kernel", "arrays", "colour_bake", "compiled", "constants", "disc", "mie",
-    "mie_average", "mie_axes", "mie_build", "mie_store", "mie_table", "section_table", "sections",
-    "sizes", "table", "water",
-)  # fmt: skip
-"""What cross-sections follow from."""
 _KEPT_FILES = 32
 """Files of colours in the cache: each camera and height of the sun makes one of its own."""
 
@@ -97,7 +91,7 @@ def outcomes(
 
     key = repr(
         (
-            source_digest(*_SECTION_MODULES), file_digest(COMPACT_FILE),
+            source_digest(""), file_digest(COMPACT_FILE),
             drops.scattering.model_dump(), drops.radius_m.tobytes(),
             None if drops.mixture is None else
             (drops.mixture.radius_m.tobytes(), drops.mixture.share.tobytes()),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.colour import D65_XYZ
+from rtbow.physics.light.colour import D65_XYZ
 
 WHITE_PERCENTILE = 99.5
 """White is as bright as the reference at this percentile of its pixels' luminance."""

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.airy import SCALE_POWER, bows
-from rtbow.atmosphere import Column, rayleigh_depth
 from rtbow.base.arrays import Array, Float32, floats
+from rtbow.physics.air.rayleigh import Column, rayleigh_depth
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.spectrum import Spectrum, colour_weights, wavelength_bins
+from rtbow.physics.drop.airy import SCALE_POWER, bows
+from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 
 MOST_OUTCOMES = 8
 """Spectra that a table is made from: draw buffers that every OpenGL 3.3 has."""

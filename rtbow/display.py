@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.errors import InputError, RtbowError
-from rtbow.colour import LUMINANCE_WEIGHTS
+from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 
 # 78 / (100 · 0.65): cd/m² that saturate the camera at EV 0.
 SATURATION_LUMINANCE_EV0 = 1.2

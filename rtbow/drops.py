@@ -6,9 +6,10 @@ import numpy as np
 from numpy.random import Generator
 
 from rtbow.base.arrays import Array
+from rtbow.physics.sizes import marshall_palmer
 from rtbow.scene_droplets import Density
 from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius, Radius, UniformRadius
-from rtbow.sizes import marshall_palmer, quantiles
+from rtbow.world.rain.sizes import quantiles
 
 
 def draw_drops(radius: Radius, density: Density, count: int, rng: Generator) -> tuple[Array, Array]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.atmosphere import Column
 from rtbow.base.arrays import Array, Progress
 from rtbow.colour_bake import Drops, outcomes
 from rtbow.colour_table import BakedLight, hat_fit, light_basis, unfolded
 from rtbow.fast_scene import FastScene, rain_colour
 from rtbow.fast_settings import node_step_nm
-from rtbow.spectrum import Spectrum
+from rtbow.physics.air.rayleigh import Column
+from rtbow.physics.light.spectrum import Spectrum
 
 MOST_TEXELS = 16_384
 """Texels along a table, at most, also of devices that take more."""

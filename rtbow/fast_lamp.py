@@ -11,7 +11,6 @@ import math
 
 import numpy as np
 
-from rtbow.atmosphere import NO_AIR, Column
 from rtbow.base.arrays import (
     Array,
     Float32,
@@ -44,6 +43,7 @@ from rtbow.fast_volume import lamp_column
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
 from rtbow.lights import NEAREST_M, Lamp
+from rtbow.physics.air.rayleigh import NO_AIR, Column
 from rtbow.section_table import running_integral
 from rtbow.steps import lamp_steps, most_steps
 

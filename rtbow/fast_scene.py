@@ -10,7 +10,6 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from rtbow.airy import RADIUS_POWER
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import UnsuitedError
 from rtbow.colour_bake import middle_radius
@@ -30,6 +29,7 @@ from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
 from rtbow.parts import Parts, moved_parts
 from rtbow.physics.constants import SCALE_HEIGHT_M
+from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import radius_axis
 from rtbow.shader_scene import MOST_LOOPS, common_defines, common_uniforms, set_uniforms

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from rtbow import atmosphere
-from rtbow.atmosphere import NO_AIR
 from rtbow.base.arrays import Progress, no_progress
 from rtbow.fast_scene import (
     FastScene,
@@ -32,6 +30,8 @@ from rtbow.fast_volume import SunColumns, is_near, sunward_columns
 from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.glsl import Define
 from rtbow.lights import Sun
+from rtbow.physics.air import rayleigh
+from rtbow.physics.air.rayleigh import NO_AIR
 from rtbow.steps import most_steps
 
 _MOST_DIRECT = 64
@@ -107,7 +107,7 @@ class FastSun:
             if here.drops is not None:
                 program.bind("dropletMoments", here.drops)
         if self._defines["SHADOW"]:
-            column_texture = row_texture(here.gl, atmosphere.column_table().log_column)
+            column_texture = row_texture(here.gl, rayleigh.column_table().log_column)
             for program in self._marching:
                 program.bind("columnTable", column_texture)
         bind_rain(self._marching, self._sun, here)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from rtbow.atmosphere import Column
 from rtbow.base.arrays import Array, Progress
 from rtbow.base.errors import UnsuitedError
 from rtbow.colour_table import (
@@ -25,6 +24,7 @@ from rtbow.fast_volume import DARK_COLUMN
 from rtbow.gl_program import row_texture
 from rtbow.lights import Sun
 from rtbow.parts import cone_range
+from rtbow.physics.air.rayleigh import Column
 
 _ROAMING_DEGREE = 2
 """Of the polynomial in the column, at least, for suns that move: so that none is of another."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow import atmosphere
-from rtbow.airy import RADIUS_POWER
-from rtbow.atmosphere import Column
 from rtbow.base.arrays import Array, floats
 from rtbow.fast_settings import ROUGH, Kind
 from rtbow.lights import Lamp, Sun
+from rtbow.physics.air import rayleigh
+from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import SCALE_HEIGHT_M
+from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.steps import roughness
 from rtbow.volume import DropletVolume
 
@@ -135,7 +135,7 @@ def sun_columns(sun: Sun, box_m: Array, eye_m: Array) -> SunColumns:
 def sunward_columns(sun: Sun, box_m: Array) -> SunColumns:
     """Give the columns of light from a sun to the drops in a box (2, 3)."""
     heights = np.linspace(max(box_m[0, 2], 0.0), max(box_m[1, 2], 1.0), 33)
-    towards = atmosphere.sun_column(heights, sun.altitude_rad)
+    towards = rayleigh.sun_column(heights, sun.altitude_rad)
     seen = towards[towards < DARK_COLUMN]
     if len(seen) == 0:
         return SunColumns(Column(DARK_COLUMN - 1.0, DARK_COLUMN), None)
@@ -180,7 +180,7 @@ def _greatest_column(start_m: Array, ends_m: Array) -> float:
     length = np.linalg.norm(away, axis=1)
     rise = away[:, 2] / np.maximum(length, 1e-9)
     with np.errstate(over="ignore"):  # far below the ground
-        columns = atmosphere.segment_column(start_m[2], rise, length)
+        columns = rayleigh.segment_column(start_m[2], rise, length)
     return min(float(columns.max()), DARK_COLUMN)
 
 

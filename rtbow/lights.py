@@ -9,10 +9,11 @@ import numpy as np
 
 from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError
-from rtbow.camera import direction
+from rtbow.physics.geometry import direction
+from rtbow.physics.light.spectrum import Spectrum, luminous
 from rtbow.scene import Scene
 from rtbow.scene_lights import PointLight, SunLight
-from rtbow.spectrum import E490, Spectrum, load_spectrum, luminous
+from rtbow.world.spectra import E490, load_spectrum
 
 NEAREST_M = 1e-3
 """Rays pass the centre of a point lamp no nearer than this: on the line itself the integral of

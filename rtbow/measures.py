@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import RtbowError
 from rtbow.camera import camera_basis, pixel_directions
-from rtbow.colour import D65_XYZ, rgb_to_xyz, xyz_to_rgb
+from rtbow.physics.geometry import angle_between
+from rtbow.physics.light.colour import D65_XYZ, rgb_to_xyz, xyz_to_rgb
 from rtbow.scene import Camera
 
 Channel = Literal["red", "green", "blue", "luminance"]
@@ -35,12 +36,6 @@ def angle_from(camera: Camera, axis: Array) -> Array:
         axis: unit vector (3,); the antisolar point is minus the direction to the sun.
     """
     return angle_between(pixel_directions(camera), axis)
-
-
-def angle_between(directions: Array, axis: Array) -> Array:
-    """Give the angle (...) between unit vectors (..., 3), rad; exact near 0 and pi, too."""
-    chord = np.linalg.norm(directions - axis, axis=-1)
-    return floats(2.0 * np.arctan2(chord, np.linalg.norm(directions + axis, axis=-1)))
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.airy import bow
 from rtbow.base.arrays import Array, Values, floats
+from rtbow.physics.drop.airy import bow
 
 DEFAULT_SPREAD = 0.02
 _THINNING = 4

@@ -62,7 +62,7 @@ class Part:
 @lru_cache(maxsize=1)
 def _digest() -> str:
     """Hash of the code as this process has it; read once, whatever happens to the files."""
-    return source_digest("airy", "mie", "mie_axes", "mie_average")
+    return source_digest("physics.drop", "mie_axes", "mie_average")
 
 
 def compute_part(part: Part) -> dict[str, Array]:

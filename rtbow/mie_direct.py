@@ -11,8 +11,8 @@ from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.mie_average import node_intensities
 from rtbow.mie_axes import MieAxes
 from rtbow.mie_table import disc_grid, resample, standard_axes
-from rtbow.sizes import Sizes
-from rtbow.water import relative_index
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.sizes import Sizes
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class DirectMieSections:
             ]
             return {"values": np.stack(each)}
 
-        code = source_digest("mie", "mie_axes", "mie_average")
+        code = source_digest("physics.drop", "mie_axes", "mie_average")
         key = f"{code} {axes} {radius_m!r} {nm.tobytes()!r} {index.tobytes()!r}"
         values = floats(cached_arrays("mie-direct", key, build)["values"])
         return cls(axes, radius_m, index, values)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from rtbow.base.arrays import Array, floats
 from rtbow.base.compiled import compiled, prange
 from rtbow.base.errors import InputError
-from rtbow.disc import disc_nodes
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.sizes import Sizes, tabled_sizes
+from rtbow.physics.light.disc import disc_nodes
+from rtbow.physics.sizes import Sizes, tabled_sizes
 
 _MARGIN = 6
 """Nodes beyond the range on each side: what a spline's end does falls by 0.27 per node."""

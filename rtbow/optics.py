@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtbow.airy import Bow, bows
-from rtbow.atmosphere import rayleigh_depth
 from rtbow.base.arrays import Array, Progress, no_progress
 from rtbow.lights import Lamp, Sun, lamps, suns
+from rtbow.physics.air.rayleigh import rayleigh_depth
+from rtbow.physics.drop.airy import Bow, bows
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
+from rtbow.physics.sizes import tabled_sizes
 from rtbow.scene import Scene
-from rtbow.sizes import tabled_sizes
-from rtbow.spectrum import colour_weights, wavelength_bins
 from rtbow.volume import DropletVolume
-from rtbow.water import relative_index
 
 if TYPE_CHECKING:
     from rtbow.sections import Sections

@@ -17,8 +17,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from rtbow.airy import SCALE_POWER
-from rtbow.atmosphere import segment_column, sun_column
 from rtbow.base.arrays import (
     Array,
     Indices,
@@ -26,14 +24,18 @@ from rtbow.base.arrays import (
     floats,
     no_progress,
 )
-from rtbow.camera import box_span, perpendicular_share, pixel_directions
-from rtbow.colour import xyz_to_rgb
-from rtbow.disc import disc_nodes
+from rtbow.camera import perpendicular_share, pixel_directions
 from rtbow.extinction import RainExtinction, paths_to, rain_extinction, with_second
 from rtbow.lights import NEAREST_M, Lamp, Sun
 from rtbow.mie_direct import DirectMieSections
 from rtbow.optics import Optics, scene_optics, table_sections
+from rtbow.physics.air.rayleigh import segment_column, sun_column
 from rtbow.physics.constants import EARTH_RADIUS_M
+from rtbow.physics.drop.airy import SCALE_POWER
+from rtbow.physics.geometry import box_span
+from rtbow.physics.light.colour import xyz_to_rgb
+from rtbow.physics.light.disc import disc_nodes
+from rtbow.physics.light.spectrum import bin_means, wavelength_bins
 from rtbow.reference_kernel import integrate_spectrum, sample_rays
 from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
 from rtbow.reference_rain_kernel import depths_along, depths_of_paths
@@ -41,7 +43,6 @@ from rtbow.reference_table_kernel import integrate_lamp_rows, integrate_rows
 from rtbow.scene import Scene
 from rtbow.section_table import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
 from rtbow.sections import Sections
-from rtbow.spectrum import bin_means, wavelength_bins
 from rtbow.volume import DropletVolume, scene_volume
 
 _MOST_NODES = 96
@@ -401,7 +402,7 @@ def spectral_radiance_along(scene: Scene, rays: Array) -> Array:
 
     Returns:
         Means over the bins of the scene's wavelength step (n, W), W m⁻² sr⁻¹ nm⁻¹: see
-        :func:`rtbow.spectrum.wavelength_bins`.
+        :func:`rtbow.physics.light.spectrum.wavelength_bins`.
     """
     setup = _set_up(scene)
     bins = wavelength_bins(scene.render.wavelength_step_nm)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.airy import RADIUS_POWER, SCALE_POWER
-from rtbow.airy_kernel import airy_grid, airy_squared_at
 from rtbow.base.arrays import Array, Indices
 from rtbow.base.compiled import compiled, prange
+from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER
+from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
 from rtbow.volume_kernel import interpolate
 
 LEAST_NODES = 3

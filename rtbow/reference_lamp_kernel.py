@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.airy_kernel import AIRY_LOW, airy_grid, airy_squared_at, running_at, running_grid
 from rtbow.base.arrays import Array, Indices
 from rtbow.base.compiled import compiled, prange
+from rtbow.physics.drop.airy_compiled import (
+    AIRY_LOW,
+    airy_grid,
+    airy_squared_at,
+    running_at,
+    running_grid,
+)
 from rtbow.reference_kernel import LEAST_NODES, cut_by_depth, cut_ray, node_count
 from rtbow.volume_kernel import interpolate
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import InputError
-from rtbow.sizes import Sizes
+from rtbow.physics.sizes import Sizes
 
 if TYPE_CHECKING:
     from rtbow.sections import Sections

@@ -11,8 +11,6 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from rtbow.airy import RADIUS_POWER, SCALE_POWER, bows
-from rtbow.airy_kernel import airy_grid, airy_squared_at, running_at, running_grid
 from rtbow.base.arrays import (
     Array,
     Progress,
@@ -23,9 +21,16 @@ from rtbow.base.compiled import compiled, prange
 from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
 from rtbow.mie_store import compact_table, mie_table
 from rtbow.mie_table import MieSections, disc_grid, resample, standard_axes
-from rtbow.sizes import Sizes
+from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, bows
+from rtbow.physics.drop.airy_compiled import (
+    airy_grid,
+    airy_squared_at,
+    running_at,
+    running_grid,
+)
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.sizes import Sizes
 from rtbow.table import AiryTable, airy_table
-from rtbow.water import relative_index
 
 Theory = Literal["airy", "mie"]
 

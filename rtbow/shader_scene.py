@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow import atmosphere
-from rtbow.airy import SCALE_POWER, Bow
 from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import NO_PLANE
 from rtbow.camera import camera_basis, polarizer_pass
-from rtbow.colour import XYZ_TO_RGB
 from rtbow.gl_program import GlProgram
 from rtbow.glsl import Define, glsl_literal
 from rtbow.parts import Parts
+from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
+from rtbow.physics.drop.airy import SCALE_POWER, Bow
+from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.scene import Scene
 from rtbow.steps import StepRates
 from rtbow.table import NEAR_Z_LOW
@@ -39,8 +39,8 @@ def common_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
     return {
         "EARTH_RADIUS_M": EARTH_RADIUS_M,
         "SCALE_HEIGHT_M": SCALE_HEIGHT_M,
-        "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
-        "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
+        "MAX_HEIGHT_M": rayleigh.MAX_HEIGHT_M,
+        "ALTITUDE_CURVE": rayleigh.ALTITUDE_CURVE,
         "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
         "NO_PLANE": NO_PLANE,
         "MAX_STEPS": MAX_STEPS,

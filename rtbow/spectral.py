@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from rtbow import atmosphere
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.base.errors import InputError, UnavailableError
 from rtbow.context import GlContext
@@ -16,6 +15,7 @@ from rtbow.glsl import Define
 from rtbow.lights import Lamp, Sun
 from rtbow.optics import Optics
 from rtbow.parts import Parts, scattering_range, scene_parts
+from rtbow.physics.air import rayleigh
 from rtbow.scene import Camera, Scene
 from rtbow.section_table import SectionTable, angle_axis, section_table
 from rtbow.shader_scene import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
@@ -105,7 +105,7 @@ class SpectralPass:
         else:
             self._upload_sections(parts, parts.sections, components=bool(defines["POLARIZER"]))
         if defines["AIR"] and optics.suns:
-            column = atmosphere.column_table().log_column
+            column = rayleigh.column_table().log_column
             self._program.texture("columnTable", column)
         if defines["GRID"]:
             if parts.rain is not None:

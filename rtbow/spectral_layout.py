@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtbow.airy import SCALE_POWER
 from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.camera import picture_cone
@@ -12,6 +11,7 @@ from rtbow.glsl import Define, glsl_literal
 from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics
 from rtbow.parts import Parts
+from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.scene import Camera, Scene
 from rtbow.shader_scene import bow_rows, common_defines, dark_edges
 from rtbow.steps import LEAST_RAIN_SAMPLES

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.airy import RADIUS_POWER
-from rtbow.atmosphere import sun_column
 from rtbow.base.arrays import Array, Float32, floats
 from rtbow.optics import Optics
+from rtbow.physics.air.rayleigh import sun_column
 from rtbow.physics.constants import SCALE_HEIGHT_M
+from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.volume import DropletVolume
 
 SAMPLES_PER_CELL = 1.5

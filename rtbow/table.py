@@ -1,7 +1,8 @@
 """The scattering table: Airy's intensity averaged over the light's disc, in scaled variables.
 
 Airy's theory depends on radius, wavelength, order and disc only through the scaled angle ``z`` and
-the disc's radius ``s`` in the same scale (:mod:`rtbow.airy`), so three small arrays hold it all:
+the disc's radius ``s`` in the same scale (:mod:`rtbow.physics.drop.airy`), so three
+small arrays hold it all:
 
 * ``near``: the mean of Ai²(-(z + s t)) over a disc, around the bow, up to a last ``z``, and its
   running integral over z, with which a march in angle takes exact steps;
@@ -22,10 +23,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared_and_integral
 from rtbow.base.arrays import Array, floats
 from rtbow.base.cache import cached_arrays, source_digest
-from rtbow.disc import disc_nodes
+from rtbow.physics.drop.airy import (
+    RADIUS_POWER,
+    SCALE_POWER,
+    Bow,
+    airy_squared_and_integral,
+)
+from rtbow.physics.light.disc import disc_nodes
 
 # --- Layout, shared with the shader through :func:`shader_constants` --------------------------
 
@@ -316,7 +322,7 @@ def build_airy_table() -> AiryTable:
 def airy_table() -> AiryTable:
     """Give the table, from the cache where it lies there already."""
     # By content: whatever these modules compute differently makes another table.
-    key = f"airy {source_digest('airy', 'disc', 'table')}"
+    key = f"airy {source_digest('physics.drop', 'physics.light.disc', 'table')}"
 
     def build() -> dict[str, NDArray[np.float32]]:
         table = build_airy_table()

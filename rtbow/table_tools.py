@@ -8,18 +8,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared, bow
 from rtbow.base.arrays import Array, Progress, no_progress
 from rtbow.base.cache import FOLDER_VARIABLE, cache_dir
 from rtbow.base.errors import InputError
 from rtbow.base.limits import MAX_RADIUS_UM, SIZE_SPREADS, TABLE_RADII_UM
-from rtbow.disc import disc_mean
 from rtbow.mie_build import build_mie_table, kept_table
 from rtbow.mie_store import range_candidates
 from rtbow.mie_table import standard_axes
 from rtbow.physics.constants import SUN_DIAMETER_DEG
+from rtbow.physics.drop.airy import (
+    RADIUS_POWER,
+    SCALE_POWER,
+    Bow,
+    airy_squared,
+    bow,
+)
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.disc import disc_mean
 from rtbow.table import AiryTable, airy_table, build_airy_table, near_z_high
-from rtbow.water import relative_index
 
 RADII_UM = (10.0, 1500.0)
 

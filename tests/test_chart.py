@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from rtbow.base.errors import InputError
 from rtbow.chart import Setup, lee_raster, profiles
 from rtbow.cli import rtbow
-from rtbow.colour import xyz_to_rgb
+from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.sections import water_sections
 
 

@@ -10,8 +10,6 @@ import pytest
 from numpy.polynomial.polynomial import polyval
 from scipy.integrate import quad
 
-from rtbow import atmosphere
-from rtbow.atmosphere import NO_AIR, Column, rayleigh_depth
 from rtbow.base.arrays import Array
 from rtbow.base.limits import LEAST_DELTA_E, MOST_DELTA_E
 from rtbow.colour_table import (
@@ -38,8 +36,11 @@ from rtbow.fast_volume import (
     sun_columns,
 )
 from rtbow.lights import Sun
-from rtbow.spectrum import colour_weights, load_spectrum, wavelength_bins
+from rtbow.physics.air import rayleigh
+from rtbow.physics.air.rayleigh import NO_AIR, Column, rayleigh_depth
+from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.volume import DropletVolume
+from rtbow.world.spectra import load_spectrum
 
 # --- Chords -----------------------------------------------------------------------------------
 
@@ -380,7 +381,7 @@ def test_a_cubic_follows_the_column_towards_the_sun(rng, altitude, top):
     box[1, 2] = top
     found = sun_columns(sun(altitude), box, EYE)
     height = rng.uniform(0.0, top, 300)
-    exact = atmosphere.sun_column(height, np.radians(altitude))
+    exact = rayleigh.sun_column(height, np.radians(altitude))
     if found.cubic is None:
         assert altitude < 5.0  # bent too much, and looked up in a table
     else:
@@ -388,8 +389,8 @@ def test_a_cubic_follows_the_column_towards_the_sun(rng, altitude, top):
     # The range covers both ways, from any drop to the eye.
     place = rng.uniform(box[0], box[1], (300, 3)) - EYE
     length = np.linalg.norm(place, axis=1)
-    seen = atmosphere.segment_column(EYE[2], place[:, 2] / length, length)
-    both = seen + atmosphere.sun_column(place[:, 2] + EYE[2], np.radians(altitude))
+    seen = rayleigh.segment_column(EYE[2], place[:, 2] / length, length)
+    both = seen + rayleigh.sun_column(place[:, 2] + EYE[2], np.radians(altitude))
     assert np.all(both >= found.column.low - 1e-3)
     assert np.all(both <= found.column.high + 1e-3)
 
@@ -404,8 +405,8 @@ def test_suns_in_the_earths_shadow_have_no_cubic():
 
 def test_eye_column_is_that_of_the_farthest_corner():
     corner = np.array([1500.0, 1200.0, 1100.0]) - EYE
-    least = atmosphere.segment_column(1.6, 0.0, float(np.hypot(1500.0, 1200.0)))
-    most = atmosphere.segment_column(1.6, 0.0, float(np.linalg.norm(corner)))
+    least = rayleigh.segment_column(1.6, 0.0, float(np.hypot(1500.0, 1200.0)))
+    most = rayleigh.segment_column(1.6, 0.0, float(np.linalg.norm(corner)))
     assert least <= eye_column(BOX, EYE) <= most
 
 

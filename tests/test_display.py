@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from rtbow.base.errors import InputError, RtbowError
-from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import (
     auto_exposure_ev,
     display,
@@ -15,6 +14,7 @@ from rtbow.display import (
     require_finite,
     srgb_encode,
 )
+from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 
 
 def random_colours(scale=1.0):

@@ -130,8 +130,8 @@ def test_even_slab(method, depth):
 @pytest.mark.parametrize("method", ["spectral", "reference"])
 def test_small_drops_dim_colours_by_their_own_efficiency(method, tmp_path):
     """Two narrow lines through 2 µm drops: Beer and Lambert with Q summed here."""
-    from rtbow.mie import efficiency
-    from rtbow.water import relative_index
+    from rtbow.physics.drop.mie import efficiency
+    from rtbow.physics.drop.water import relative_index
 
     radius_m = 2e-6
     passed = {}

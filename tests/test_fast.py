@@ -26,8 +26,8 @@ from rtbow.base.arrays import Array
 from rtbow.base.errors import UnsuitedError
 from rtbow.bench_error import PixelSample, colour_error, sample_pixels
 from rtbow.camera import pixel_directions
-from rtbow.colour import rgb_to_xyz
 from rtbow.colour_difference import frame_difference
+from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference import radiance_along
 from rtbow.scene import Scene
 from rtbow.scene_file import scene_from_text

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from glsl_probe import probe, rounded, unit_vectors
-from rtbow import atmosphere
-from rtbow.airy import RADIUS_POWER
 from rtbow.base.limits import NO_PLANE
-from rtbow.camera import box_span
 from rtbow.colour_table import RIGHT_ANGLE_CHORD, folded_chord
 from rtbow.fast_scene import DARK
 from rtbow.glsl import Define
+from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
+from rtbow.physics.drop.airy import RADIUS_POWER
+from rtbow.physics.geometry import box_span
 
 TABLE: Mapping[str, Define] = {
     "RIGHT_ANGLE_CHORD": RIGHT_ANGLE_CHORD,
@@ -240,8 +240,8 @@ PATH: Mapping[str, Define] = {
     **TABLE,
     "EARTH_RADIUS_M": EARTH_RADIUS_M,
     "SCALE_HEIGHT_M": SCALE_HEIGHT_M,
-    "MAX_HEIGHT_M": atmosphere.MAX_HEIGHT_M,
-    "ALTITUDE_CURVE": atmosphere.ALTITUDE_CURVE,
+    "MAX_HEIGHT_M": rayleigh.MAX_HEIGHT_M,
+    "ALTITUDE_CURVE": rayleigh.ALTITUDE_CURVE,
     "RADIUS_POWER": RADIUS_POWER,
     "NO_PLANE": NO_PLANE,
     "DARK": DARK,
@@ -262,7 +262,7 @@ class TestColumn:
     def columns(self, gl, eye, ray, distance, near):
         names = {
             "eyeHeight": eye,
-            "eyeAir": float(atmosphere.segment_column(eye, 0.0, 1.0)),
+            "eyeAir": float(rayleigh.segment_column(eye, 0.0, 1.0)),
             "sunCubic": self.CUBIC,
         }
         known = "// uniform float eyeHeight; uniform float eyeAir; uniform vec4 sunCubic;"
@@ -281,7 +281,7 @@ class TestColumn:
         ray, distance = ray[~far], distance[~far]
         height = eye + ray[:, 2] * distance
         exact = np.polynomial.polynomial.polyval(height, self.CUBIC)
-        segment = atmosphere.segment_column(eye, ray[:, 2], distance)
+        segment = rayleigh.segment_column(eye, ray[:, 2], distance)
         got = self.columns(gl, eye, ray, distance, near)
         # The series' first term left out is u^5/720: 1.1e-4 at 0.6.
         bound = (1.5e-4 if near else 2e-6) * segment + 4e-7

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import rtbow
+from rtbow.physics.drop.water import relative_index
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
 from rtbow.volume import DropletVolume, save_volume
-from rtbow.water import relative_index
 from textbook import LUMINANCE, cross_section, mean_on_sphere, towards
 
 EYE = (0.0, 0.0, 1.6)
@@ -525,7 +525,7 @@ def test_brightness_is_that_of_the_sun_times_its_share(backend):
     ray = towards(0.0, 21.0)
     length = (1000.0 - 0.0) / ray[1]
     theta = np.arccos(-(ray @ towards(180.0, 20.0)) * -1.0)
-    from rtbow.colour import colour_matching
+    from rtbow.physics.light.colour import colour_matching
 
     nm, cmf = colour_matching()
     luminance = 0.0

@@ -10,14 +10,14 @@ from scipy.special import airy
 import rtbow
 from glsl_probe import probe, upload
 from lamp_samples import BOX, EYE, FLUX_LM, INSIDE, NM, NUMBER, STEP_NM, lamp, make
-from rtbow.colour import colour_matching
-from rtbow.disc import disc_nodes
 from rtbow.lights import lamps
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.colour import colour_matching
+from rtbow.physics.light.disc import disc_nodes
 from rtbow.reference import render_reference
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
 from rtbow.table import MAX_DISC, NEAR_S_FIXED, build_airy_table, near_z_high, shader_constants
-from rtbow.water import relative_index
 from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
 
 

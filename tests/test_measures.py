@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from rtbow import measures
-from rtbow.airy import bow
-from rtbow.camera import direction, pixel_directions
-from rtbow.colour import rgb_to_xyz, xyz_to_rgb
+from rtbow.camera import pixel_directions
 from rtbow.measures import MeasureError, Profile
+from rtbow.physics.drop.airy import bow
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.geometry import direction
+from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.scene import Camera
 from rtbow.table import airy_table
-from rtbow.water import relative_index
 
 CAMERA = Camera(altitude_deg=20.0, fov_deg=84.0, size_px=(320, 180))
 AXIS = direction(0.0, -20.0)

@@ -13,16 +13,16 @@ import pytest
 import rtbow.mie_build as mie_build
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.base.jobs import on_cluster
-from rtbow.disc import disc_nodes
-from rtbow.mie import intensities
 from rtbow.mie_average import coherent, mean_efficiency, mean_intensities, node_intensities
 from rtbow.mie_axes import INDEX_RANGE, MieAxes
 from rtbow.mie_build import build_mie_table
 from rtbow.mie_store import COMPACT_FILE, compact_table, pack, range_candidates, unpack
 from rtbow.mie_table import MieSections, standard_axes
+from rtbow.physics.drop.mie import intensities
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.disc import disc_nodes
+from rtbow.physics.sizes import Sizes
 from rtbow.sections import water_sections
-from rtbow.sizes import Sizes
-from rtbow.water import relative_index
 
 STANDARD = standard_axes(0.02)
 SMALL = MieAxes(0.1, 1.0, 2, INDEX_RANGE, 2.0, 2.0, 2.0, 8.0)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import rtbow
-from rtbow.disc import disc_nodes
-from rtbow.mie import intensities
+from rtbow.physics.drop.mie import intensities
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.disc import disc_nodes
+from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.scene import Scene
-from rtbow.spectrum import colour_weights, load_spectrum, wavelength_bins
-from rtbow.water import relative_index
+from rtbow.world.spectra import load_spectrum
 
 RADIUS_UM = 120.0
 STEP_NM = 40.0

@@ -10,8 +10,8 @@ import pytest
 
 import rtbow
 from rtbow.camera import pixel_directions
-from rtbow.colour import rgb_to_xyz
 from rtbow.colour_difference import frame_difference
+from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.random_scenes import random_scene, random_seed, random_text
 from rtbow.reference import radiance_along
 

@@ -7,15 +7,15 @@ import pytest
 from scipy.integrate import quad, trapezoid
 
 from rtbow import reference
-from rtbow.airy_kernel import airy_grid, airy_squared_at
-from rtbow.camera import direction
-from rtbow.colour import colour_matching
 from rtbow.colour_difference import frame_difference
+from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.geometry import direction
+from rtbow.physics.light.colour import colour_matching
 from rtbow.reference import radiance_along, render_reference, spectral_radiance_along
 from rtbow.reference_kernel import sample_rays
 from rtbow.scene import Scene
 from rtbow.volume import DropletVolume, save_volume
-from rtbow.water import relative_index
 from textbook import (
     LUMINANCE,
     RGB_TO_XYZ,

@@ -9,9 +9,10 @@ from scipy.special import airy
 
 from glsl_probe import probe, upload
 from rtbow import table
-from rtbow.airy import RADIUS_POWER, SCALE_POWER, bow
 from rtbow.base.errors import InputError
-from rtbow.disc import disc_nodes
+from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, bow
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.disc import disc_nodes
 from rtbow.table import (
     MAX_DISC,
     NEAR_S_FIXED,
@@ -23,7 +24,6 @@ from rtbow.table import (
     shader_constants,
 )
 from rtbow.table_export import PlainTable, export_table, plain_table
-from rtbow.water import relative_index
 
 NO_DISC_DISTANCE = 1e9
 

@@ -14,9 +14,9 @@ from command_line import (
     contents,
     execute,
 )
-from rtbow.airy import airy_squared, bow
-from rtbow.disc import disc_mean
-from rtbow.water import relative_index
+from rtbow.physics.drop.airy import airy_squared, bow
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.disc import disc_mean
 
 
 def test_table_build_and_info(call, monkeypatch, tmp_path):

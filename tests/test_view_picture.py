@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from glsl_probe import probe
-from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import _dither, display, gamut_map, srgb_encode
+from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 from rtbow.view.picture import Picture
 
 GREY = np.linspace(0.0, 1.0, 16, dtype=np.float32)[:, None].repeat(3, axis=1)

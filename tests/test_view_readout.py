@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rtbow.base.resources import resource_dir
+from rtbow.physics.drop.water import relative_index
 from rtbow.reference import radiance_along
 from rtbow.scene_file import load_scene
 from rtbow.view.readout import (
@@ -17,7 +18,6 @@ from rtbow.view.readout import (
     spectrum_at,
     text_of,
 )
-from rtbow.water import relative_index
 from textbook import cross_section, mean_on_sphere, pinhole
 from textbook import towards as unit
 
@@ -214,7 +214,7 @@ def test_the_spectrum_of_a_uniform_rain():
 
 @pytest.mark.parametrize("name", ["shower", "street-lamp", "two-lamps"])
 def test_the_spectrum_sums_to_what_is_seen(name):
-    from rtbow.colour import colour_matching
+    from rtbow.physics.light.colour import colour_matching
 
     scene = load_scene(name)
     ray = unit(2.0, 15.0)

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta, timezone
 import pytest
 
 from panel_driver import Stage, is_red
-from rtbow.sun_position import sun_position
+from rtbow.physics.light.sun_position import sun_position
 
 # --- The sun by date ------------------------------------------------------------------------------
 

@@ -25,17 +25,17 @@ import numpy as np
 import rtbow
 from budget import STAGES
 from budget.frames import facts
-from rtbow.airy import airy_squared, bow
-from rtbow.atmosphere import rayleigh_depth, sun_column
 from rtbow.base.arrays import Array, floats
 from rtbow.base.files import write_atomic
-from rtbow.colour import luminance
 from rtbow.error_budget import document, run_stage
 from rtbow.figures import PREFIX, figure_names
+from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
+from rtbow.physics.drop.airy import airy_squared, bow
+from rtbow.physics.drop.water import iapws_index
+from rtbow.physics.light.colour import luminance
 from rtbow.scene import Scene
 from rtbow.table_tools import describe_table
 from rtbow.volume import DropletVolume, save_volume
-from rtbow.water import iapws_index
 
 SIZE = [96, 54]
 BACKENDS = ("egl", "osmesa")

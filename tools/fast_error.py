@@ -18,9 +18,9 @@ import numpy as np
 
 import rtbow
 from rtbow.base.arrays import Array, floats
-from rtbow.colour import rgb_to_xyz
 from rtbow.colour_difference import frame_difference
 from rtbow.fast_settings import FastSettings, Kind, settings_for
+from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
 

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 import rtbow
 from rtbow.base.arrays import Array
 from rtbow.sections import water_sections
-from rtbow.sizes import distribution, quantiles
+from rtbow.world.rain.sizes import distribution, quantiles
 
 RADIUS = {"distribution": "lognormal", "median_um": 100.0, "log_std": 0.3}
 GRIDS = (2, 3, 4, 6, 8, 12, 16, 24, 32)

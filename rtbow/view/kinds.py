@@ -12,14 +12,14 @@ from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
-from rtbow.camera import direction
+from rtbow.physics.geometry import direction
 from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets, density_key
 from rtbow.scene_schema import Node
-from rtbow.spectrum import load_spectrum
 from rtbow.view.overlays import box_of
 from rtbow.view.projection import azimuth_altitude_deg
 from rtbow.view.rows import Row, rounded, rows_of
+from rtbow.world.spectra import load_spectrum
 
 Values = dict[str, object]
 

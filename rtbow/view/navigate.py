@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.camera import camera_basis, direction
+from rtbow.camera import camera_basis
+from rtbow.physics.geometry import direction
 from rtbow.scene import Camera, Scene
 from rtbow.scene_lights import SunLight
 from rtbow.scene_schema import Node

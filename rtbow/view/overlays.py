@@ -14,15 +14,14 @@ from typing import Literal
 
 import numpy as np
 
-from rtbow.airy import bow
 from rtbow.base.arrays import Array, floats
-from rtbow.camera import box_span, direction
-from rtbow.measures import angle_between
+from rtbow.physics.drop.airy import bow
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.geometry import angle_between, box_span, direction
 from rtbow.scene import Scene
 from rtbow.scene_droplets import Droplets
 from rtbow.scene_lights import PointLight, SunLight
 from rtbow.view.projection import Lines, View, part_views
-from rtbow.water import relative_index
 
 Kind = Literal["bow", "horizon", "grid", "box", "light", "antisolar"]
 

@@ -8,9 +8,9 @@ import moderngl
 import numpy as np
 
 from rtbow.base.arrays import Float32
-from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import max_luminance
 from rtbow.gl_program import GlProgram, row_texture
+from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 
 if TYPE_CHECKING:
     from rtbow.context import GlContext

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, floats
-from rtbow.camera import box_span, direction
-from rtbow.colour import luminance, rgb_to_xyz
-from rtbow.measures import angle_between, chromaticity
+from rtbow.measures import chromaticity
+from rtbow.physics.geometry import angle_between, box_span, direction
+from rtbow.physics.light.colour import luminance, rgb_to_xyz
+from rtbow.physics.light.spectrum import wavelength_bins
 from rtbow.scene import Scene
 from rtbow.scene_lights import PointLight, SunLight
-from rtbow.spectrum import wavelength_bins
 from rtbow.view.navigate import antisolar
 from rtbow.view.overlays import box_of
 from rtbow.view.projection import View, azimuth_altitude_deg, part_at

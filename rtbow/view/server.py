@@ -231,7 +231,7 @@ class Server:
         if self._renderer is not None:
             self._renderer.close()
         self._renderer = None
-        from rtbow.spectrum import load_spectrum
+        from rtbow.world.spectra import load_spectrum
 
         load_spectrum.cache_clear()
 

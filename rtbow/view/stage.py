@@ -10,8 +10,8 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from rtbow.base.arrays import Float32
-from rtbow.colour import LUMINANCE_WEIGHTS
 from rtbow.display import BLACK_FRAME_EV
+from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 from rtbow.view import look
 from rtbow.view.imgui_input import WindowInput
 from rtbow.view.imgui_render import ImguiRenderer

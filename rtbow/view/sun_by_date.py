@@ -85,7 +85,7 @@ class SunByDate:
         Raises:
             InputError: a place or a year that is out of range.
         """
-        from rtbow.sun_position import sun_position
+        from rtbow.physics.light.sun_position import sun_position
 
         zone = timezone(timedelta(hours=self.offset_h))
         midnight = datetime(self.day.year, self.day.month, self.day.day, tzinfo=zone)
@@ -249,7 +249,7 @@ def read_time(text: str) -> object:
 @lru_cache(maxsize=8)
 def _hours(latitude_deg: float, longitude_deg: float, day: date, offset_h: float) -> str:
     """Say when the sun rises and sets."""
-    from rtbow.sun_position import sun_hours
+    from rtbow.physics.light.sun_position import sun_hours
 
     zone = timezone(timedelta(hours=offset_h))
     try:

@@ -244,7 +244,7 @@ def spectrum(ui: Ui, row: Row, value: str, width: float, set_value: Set) -> None
 @lru_cache(maxsize=1)
 def spectrum_groups() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Give the names of all spectra by groups, in an order that a person expects."""
-    from rtbow.spectrum import E490, EQUAL_ENERGY, spectrum_names
+    from rtbow.world.spectra import E490, EQUAL_ENERGY, spectrum_names
 
     beginnings: dict[str, str | tuple[str, ...]] = {
         "daylight": ("D", "ID"),

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from budget.strips import strip_angles, strip_scene, table_strip
-from rtbow.atmosphere import rayleigh_depth, sun_column
 from rtbow.base.arrays import Array, Values, floats
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.optics import scene_optics
+from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 
 ALTITUDES_DEG = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0)
 

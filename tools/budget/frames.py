@@ -6,8 +6,8 @@ from importlib.metadata import version
 
 import rtbow
 from rtbow.base.arrays import Array, floats
-from rtbow.colour import rgb_to_xyz
 from rtbow.context import open_context
+from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.renderer import Method
 from rtbow.scene import Scene
 

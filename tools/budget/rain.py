@@ -9,12 +9,13 @@ import numpy as np
 import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.base.arrays import Array, floats
-from rtbow.camera import box_span, pixel_directions
+from rtbow.camera import pixel_directions
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.extinction import MIDDLE_NM, effective_efficiencies
 from rtbow.lights import suns
 from rtbow.optics import scene_optics
+from rtbow.physics.geometry import box_span
 from rtbow.renderer import Method
 from rtbow.scene import Scene
 from rtbow.volume import build_volume

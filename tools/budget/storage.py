@@ -8,11 +8,11 @@ import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import DISC_RAD
 from rtbow.base.arrays import Array, floats
-from rtbow.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.colour_difference import frame_difference
 from rtbow.display import auto_exposure_ev, display, gamut_map, max_luminance, srgb_encode
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.optics import scene_optics
+from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.section_table import _HALF_MAX, RadiusAxis, angle_axis, row_sections
 from rtbow.sections import water_sections
 

@@ -8,8 +8,8 @@ import numpy as np
 
 import rtbow
 from rtbow.base.arrays import Array, floats
-from rtbow.camera import box_span
 from rtbow.optics import Optics, scene_optics, table_sections
+from rtbow.physics.geometry import box_span
 from rtbow.reference import radiance_along
 from rtbow.scene import Scene
 from rtbow.section_table import radius_axis, row_sections

@@ -18,9 +18,9 @@ from rtbow.mie_build import kept_table
 from rtbow.mie_store import COMPACT_FILE, compact_table
 from rtbow.mie_table import MieSections, MieTable, resample, standard_axes
 from rtbow.optics import scene_optics
+from rtbow.physics.drop.water import relative_index
 from rtbow.table import airy_table
 from rtbow.table_tools import RADII_UM, lookup_errors
-from rtbow.water import relative_index
 
 _AIRY_POINTS = 1500
 _MIE_DRAWS = 30

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.constants import LUMINOUS_EFFICACY_LM_PER_W
-from rtbow.standards import standard_arrays
+from rtbow.physics.light.cie import standard_arrays
 
 # IEC 61966-2-1, with its published four digits, so that the middle row *is* the luminance
 # that the frame's definition promises.

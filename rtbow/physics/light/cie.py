@@ -40,7 +40,8 @@ def standard_arrays() -> dict[str, Array]:
         ``cmf_nm`` (n,), ``cmf_xyz`` (n, 3), and for each illuminant an array
         ``illuminant:NAME`` (2, n) of wavelength in nm and relative power.
     """
-    key = f"colour-science {version('colour-science')} {source_digest('standards', 'constants')}"
+    code = source_digest("physics.light.cie", "physics.constants")
+    key = f"colour-science {version('colour-science')} {code}"
     return cached_arrays("cie-standards", key, _extract)
 
 

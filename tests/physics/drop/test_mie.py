@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from rtbow.mie import (
+from rtbow.physics.drop.mie import (
     DEBYE_SETS,
     amplitudes,
     coefficients,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtbow.water import iapws_index, relative_index, water_density
+from rtbow.physics.drop.water import iapws_index, relative_index, water_density
 
 DENSITY_20C = 998.2063  # kg/m³ at 20 °C and 101325 Pa, IAPWS-95
 

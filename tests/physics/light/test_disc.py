@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtbow.disc import disc_mean, disc_nodes
+from rtbow.physics.light.disc import disc_mean, disc_nodes
 from textbook import mean_on_sphere
 
 RADIUS = np.radians(0.2665)

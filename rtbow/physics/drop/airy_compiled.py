@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from rtbow.airy import airy_squared_and_integral
 from rtbow.base.arrays import Array
 from rtbow.base.compiled import compiled
+from rtbow.physics.drop.airy import airy_squared_and_integral
 
 AIRY_LOW, AIRY_HIGH, AIRY_PER_UNIT = -14.0, 34.0, 128
 """Range in z and density of the grids on which Airy's functions are stepped."""

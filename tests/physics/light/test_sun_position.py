@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.sun_position import standard_pressure_hpa, sun_hours, sun_path, sun_position
+from rtbow.physics.light.sun_position import (
+    standard_pressure_hpa,
+    sun_hours,
+    sun_path,
+    sun_position,
+)
 
 GOLDEN = (39.742476, -105.1786)
 GOLDEN_AIR = {"elevation_m": 1830.14, "pressure_hpa": 820.0, "temperature_c": 11.0}

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 from glsl_probe import probe
-from rtbow.atmosphere import (
+from rtbow.physics.air.rayleigh import (
     ALTITUDE_CURVE,
     MAX_HEIGHT_M,
     column_table,

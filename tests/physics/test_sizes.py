@@ -16,7 +16,7 @@ from rtbow.scene_radius import (
     UniformRadius,
 )
 from rtbow.sections import water_sections
-from rtbow.sizes import distribution, quantiles
+from rtbow.world.rain.sizes import distribution, quantiles
 
 DROPS = Density(number_per_m3=1000.0)
 

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.special import airy
 
-from rtbow.airy import (
+from rtbow.physics.drop.airy import (
     RADIUS_POWER,
     SCALE_POWER,
     airy_squared,
@@ -17,7 +17,7 @@ from rtbow.airy import (
     descartes_ray,
     excess_angle,
 )
-from rtbow.water import relative_index
+from rtbow.physics.drop.water import relative_index
 from textbook import cross_section, stationary_ray
 
 NM = np.array([380.0, 450.0, 550.0, 650.0, 780.0])

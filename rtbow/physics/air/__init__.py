@@ -1,0 +1,1 @@
+"""Attenuation by the air."""

@@ -1,0 +1,1 @@
+"""Spectra, colours, discs of light and where the sun stands."""
