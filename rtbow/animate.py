@@ -39,7 +39,7 @@ from rtbow.scene_values import scene_files
 from rtbow.sequence_files import SEQUENCE_TEXT, Outputs, Pattern, check_places
 
 if TYPE_CHECKING:
-    from rtbow.context import Backend
+    from rtbow.gl.context import Backend
 
 Show = Callable[[str, str], Progress]
 """Gives, for a label and a unit, the wrapper of a loop that shows how far it is."""

@@ -27,7 +27,7 @@ from rtbow.bench_error import (
 )
 from rtbow.bench_floor import FloorPass
 from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name, load_average
-from rtbow.context import Backend, open_context
+from rtbow.gl.context import Backend, open_context
 from rtbow.random_scenes import random_scene, random_seed
 from rtbow.renderer import METHODS, Method, Renderer
 from rtbow.scene import Scene

@@ -7,8 +7,8 @@ import numpy as np
 
 from rtbow.base.arrays import Float32
 from rtbow.base.errors import UnavailableError
-from rtbow.context import GlContext
-from rtbow.gl_program import FrameTarget, GlProgram
+from rtbow.gl.context import GlContext
+from rtbow.gl.program import FrameTarget, GlProgram
 
 TABLE_SIDE = 256
 """Texels a side of the table, of four float32 each: 1 MiB."""

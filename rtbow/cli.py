@@ -200,7 +200,7 @@ def info() -> None:
     import platform
 
     from rtbow.base.cache import cache_dir, cache_size
-    from rtbow.context import probe_backends
+    from rtbow.gl.context import probe_backends
 
     click.echo(f"rtbow {__version__}, Python {platform.python_version()}, {platform.platform()}")
     for report in probe_backends():

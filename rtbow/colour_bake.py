@@ -23,9 +23,9 @@ from rtbow.base.cache import (
 )
 from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.colour_table import LightBasis
-from rtbow.context import GlContext
-from rtbow.gl_program import GlProgram
-from rtbow.glsl import Define, glsl_literal
+from rtbow.gl.context import GlContext
+from rtbow.gl.glsl import Define, glsl_literal
+from rtbow.gl.program import GlProgram
 from rtbow.physics.drop.airy import RADIUS_POWER, bows
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes, tabled_sizes

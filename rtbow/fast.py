@@ -6,13 +6,13 @@ from typing import Any, Literal
 
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.camera import picture_cone
-from rtbow.context import GlContext
 from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene, fast_scene
 from rtbow.fast_settings import settings_for
 from rtbow.fast_sun import FastSun
 from rtbow.fast_volume import kind_of
-from rtbow.gl_program import FrameTarget, check_sizes, texture_bytes
+from rtbow.gl.context import GlContext
+from rtbow.gl.program import FrameTarget, check_sizes, texture_bytes
 from rtbow.parts import CONE_MARGIN, scene_parts
 from rtbow.scene import Scene
 

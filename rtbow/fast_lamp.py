@@ -40,8 +40,14 @@ from rtbow.fast_scene import (
     set_scene,
 )
 from rtbow.fast_volume import lamp_column
-from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
-from rtbow.glsl import Define
+from rtbow.gl.glsl import Define
+from rtbow.gl.program import (
+    FrameTarget,
+    GlProgram,
+    Texture,
+    added_up,
+    row_texture,
+)
 from rtbow.lights import NEAREST_M, Lamp
 from rtbow.physics.air.rayleigh import NO_AIR, Column
 from rtbow.section_table import running_integral

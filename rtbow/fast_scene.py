@@ -14,7 +14,6 @@ from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import UnsuitedError
 from rtbow.colour_bake import middle_radius
 from rtbow.colour_table import RIGHT_ANGLE_CHORD, ColourTable
-from rtbow.context import GlContext
 from rtbow.fast_settings import FastSettings, hat_rows
 from rtbow.fast_volume import (
     filled_box,
@@ -24,8 +23,9 @@ from rtbow.fast_volume import (
     light_shares,
     radius_spread,
 )
-from rtbow.gl_program import GlProgram, volume_texture
-from rtbow.glsl import Define
+from rtbow.gl.context import GlContext
+from rtbow.gl.glsl import Define
+from rtbow.gl.program import GlProgram, volume_texture
 from rtbow.lights import Lamp, Sun
 from rtbow.parts import Parts, moved_parts
 from rtbow.physics.constants import SCALE_HEIGHT_M

@@ -27,8 +27,14 @@ from rtbow.fast_scene import (
 )
 from rtbow.fast_sun_colours import SunColours, SunTable
 from rtbow.fast_volume import SunColumns, is_near, sunward_columns
-from rtbow.gl_program import FrameTarget, GlProgram, Texture, added_up, row_texture
-from rtbow.glsl import Define
+from rtbow.gl.glsl import Define
+from rtbow.gl.program import (
+    FrameTarget,
+    GlProgram,
+    Texture,
+    added_up,
+    row_texture,
+)
 from rtbow.lights import Sun
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR

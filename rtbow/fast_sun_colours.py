@@ -21,7 +21,7 @@ from rtbow.colour_table import (
 from rtbow.fast_bake import bake_light, most_texels
 from rtbow.fast_scene import FastScene
 from rtbow.fast_volume import DARK_COLUMN
-from rtbow.gl_program import row_texture
+from rtbow.gl.program import row_texture
 from rtbow.lights import Sun
 from rtbow.parts import cone_range
 from rtbow.physics.air.rayleigh import Column

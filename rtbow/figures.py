@@ -25,7 +25,7 @@ from rtbow.scene import Scene
 from rtbow.scene_file import builtin_scenes, load_scene
 
 if TYPE_CHECKING:
-    from rtbow.context import Backend
+    from rtbow.gl.context import Backend
 
 PREFIX = "figures/"
 DEFAULT_SIZE = (480, 270)

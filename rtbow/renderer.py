@@ -21,8 +21,8 @@ from rtbow.display import require_finite
 from rtbow.scene import Scene
 
 if TYPE_CHECKING:
-    from rtbow.context import Backend, GlContext
     from rtbow.fast import FastPass
+    from rtbow.gl.context import Backend, GlContext
     from rtbow.spectral import SpectralPass
 
 Method = Literal["auto", "fast", "spectral", "reference"]
@@ -200,7 +200,7 @@ class Renderer:
 
         The device's own errors become ours.
         """
-        from rtbow.context import open_context
+        from rtbow.gl.context import open_context
 
         if self._context is None:
             self._context = open_context(self._backend)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import NO_PLANE
 from rtbow.camera import camera_basis, polarizer_pass
-from rtbow.gl_program import GlProgram
-from rtbow.glsl import Define, glsl_literal
+from rtbow.gl.glsl import Define, glsl_literal
+from rtbow.gl.program import GlProgram
 from rtbow.parts import Parts
 from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M

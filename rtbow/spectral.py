@@ -9,9 +9,15 @@ import numpy as np
 
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.base.errors import InputError, UnavailableError
-from rtbow.context import GlContext
-from rtbow.gl_program import FrameTarget, GlProgram, added_up, check_sizes, texture_bytes
-from rtbow.glsl import Define
+from rtbow.gl.context import GlContext
+from rtbow.gl.glsl import Define
+from rtbow.gl.program import (
+    FrameTarget,
+    GlProgram,
+    added_up,
+    check_sizes,
+    texture_bytes,
+)
 from rtbow.lights import Lamp, Sun
 from rtbow.optics import Optics
 from rtbow.parts import Parts, scattering_range, scene_parts

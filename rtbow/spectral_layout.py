@@ -7,7 +7,7 @@ import numpy as np
 from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.camera import picture_cone
-from rtbow.glsl import Define, glsl_literal
+from rtbow.gl.glsl import Define, glsl_literal
 from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics
 from rtbow.parts import Parts

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 import rtbow.cli
 import rtbow.renderer
 from command_line import Result
-from rtbow.context import Backend, GlContext, open_context
+from rtbow.gl.context import Backend, GlContext, open_context
 
 if TYPE_CHECKING:
     from panel_driver import Stage

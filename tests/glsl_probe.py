@@ -15,8 +15,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.context import GlContext
-from rtbow.glsl import Define, assemble, compile_program
+from rtbow.gl.context import GlContext
+from rtbow.gl.glsl import Define, assemble, compile_program
 
 MAX_WIDTH_PX = 1024
 

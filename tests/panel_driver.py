@@ -14,7 +14,7 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
-from rtbow.context import GlContext
+from rtbow.gl.context import GlContext
 from rtbow.scene import Scene
 from rtbow.scene_file import load_scene
 from rtbow.scene_schema import ROOT, Node

@@ -38,7 +38,7 @@ from rtbow.bench_report import (
 from rtbow.bench_scaling import AXES, lights_like, run_scaling, write_smooth_volume
 from rtbow.camera import pixel_directions
 from rtbow.cli import rtbow as command_line
-from rtbow.context import open_context
+from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.reference import radiance_along, render_reference
 from rtbow.renderer import METHODS, Renderer

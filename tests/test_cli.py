@@ -23,7 +23,7 @@ from PIL import Image
 
 import rtbow.base.files
 import rtbow.cli
-import rtbow.context
+import rtbow.gl.context
 import rtbow.renderer
 from command_line import (
     SMALL,
@@ -530,9 +530,9 @@ def test_what_names_a_missing_volume_is_told(call, tmp_path):
 
 def test_a_size_that_the_device_does_not_take(call, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        rtbow.context.GlContext,
+        rtbow.gl.context.GlContext,
         "limits",
-        property(lambda _: rtbow.context.Limits(64, 256, 32, (64, 64)), lambda *_: None),
+        property(lambda _: rtbow.gl.context.Limits(64, 256, 32, (64, 64)), lambda *_: None),
         raising=False,
     )
     result = call("render", "uniform", "-o", "x.exr", "--size", "65x2")
@@ -758,7 +758,7 @@ def test_sigterm_that_is_ignored_stays_so(call, monkeypatch):
 # --- The machine -------------------------------------------------------------------------------
 
 NO_GL = {
-    "code": 'import rtbow.gl_osmesa; rtbow.gl_osmesa._OSMESA_LIBRARIES = ("libOSMesa-none.so",)',
+    "code": 'import rtbow.gl.osmesa; rtbow.gl.osmesa._OSMESA_LIBRARIES = ("libOSMesa-none.so",)',
     "env": {
         "__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent",
         "DISPLAY": "",

@@ -3,8 +3,8 @@
 from itertools import combinations, product
 
 from lamp_samples import make
-from rtbow.context import open_context
-from rtbow.glsl import compile_program
+from rtbow.gl.context import open_context
+from rtbow.gl.glsl import compile_program
 from rtbow.parts import scene_parts
 from rtbow.spectral_layout import shader_defines
 

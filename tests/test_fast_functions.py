@@ -13,7 +13,7 @@ from glsl_probe import probe, rounded, unit_vectors
 from rtbow.base.limits import NO_PLANE
 from rtbow.colour_table import RIGHT_ANGLE_CHORD, folded_chord
 from rtbow.fast_scene import DARK
-from rtbow.glsl import Define
+from rtbow.gl.glsl import Define
 from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER

@@ -14,10 +14,10 @@ import rtbow.fast_scene
 import rtbow.steps
 from rtbow.base.errors import UnsuitedError
 from rtbow.colour_table import LightBasis
-from rtbow.context import GlContext, open_context
 from rtbow.fast import FastPass
 from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene
+from rtbow.gl.context import GlContext, open_context
 from rtbow.optics import scene_optics
 from rtbow.parts import moved_parts, scene_parts
 from rtbow.scene import Compare, Scene

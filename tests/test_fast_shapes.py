@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rtbow.context import GlContext, open_context
 from rtbow.fast import FastPass
-from rtbow.gl_program import GlProgram
-from rtbow.glsl import Define, compile_program
+from rtbow.gl.context import GlContext, open_context
+from rtbow.gl.glsl import Define, compile_program
+from rtbow.gl.program import GlProgram
 from rtbow.scene import Scene
 from rtbow.spectral import SpectralPass
 from rtbow.volume import DropletVolume, save_volume

@@ -94,7 +94,7 @@ def test_the_reference_needs_no_gl(scene, monkeypatch):
     def fail(*_):
         raise AssertionError("opened a GL context")
 
-    monkeypatch.setattr("rtbow.context.open_context", fail)
+    monkeypatch.setattr("rtbow.gl.context.open_context", fail)
     with Renderer(scene) as renderer:
         renderer.render("reference")
         assert renderer.backend == "none"

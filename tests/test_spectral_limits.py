@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from rtbow.base.errors import UnavailableError
-from rtbow.context import GlContext, open_context
+from rtbow.gl.context import GlContext, open_context
 from rtbow.scene import Scene
 from rtbow.spectral import SpectralPass
 

@@ -149,7 +149,7 @@ def volume() -> None:
         save_volume(drops, path)
         code = (
             "import time, resource, rtbow\n"
-            "from rtbow.context import open_context\n"
+            "from rtbow.gl.context import open_context\n"
             "from rtbow.spectral import SpectralPass\n"
             "s = rtbow.load_scene('uniform', {'droplets.file': " + repr(str(path)) + "})\n"
             "gl = open_context()\n"

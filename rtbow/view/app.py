@@ -40,7 +40,7 @@ from rtbow.view.steering import Steering
 from rtbow.view.worker import Worker
 
 if TYPE_CHECKING:
-    from rtbow.context import Backend
+    from rtbow.gl.context import Backend
     from rtbow.renderer import Method
 
 _PATIENCE_S = 0.1

@@ -9,10 +9,10 @@ import moderngl
 import numpy as np
 from imgui_bundle import imgui
 
-from rtbow.glsl import compile_program
+from rtbow.gl.glsl import compile_program
 
 if TYPE_CHECKING:
-    from rtbow.context import GlContext
+    from rtbow.gl.context import GlContext
 
 _LAYOUT = "2f 2f 4f1"
 _OVER: Any = (

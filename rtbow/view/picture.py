@@ -9,11 +9,11 @@ import numpy as np
 
 from rtbow.base.arrays import Float32
 from rtbow.display import max_luminance
-from rtbow.gl_program import GlProgram, row_texture
+from rtbow.gl.program import GlProgram, row_texture
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 
 if TYPE_CHECKING:
-    from rtbow.context import GlContext
+    from rtbow.gl.context import GlContext
 
 _MOST_PER_WHITE = 1e30
 """All is white long before, and products stay within float32."""

@@ -34,7 +34,7 @@ from rtbow.view.messages import (
 )
 
 if TYPE_CHECKING:
-    from rtbow.context import Backend
+    from rtbow.gl.context import Backend
     from rtbow.renderer import Renderer
     from rtbow.scene import Scene
 

@@ -25,7 +25,7 @@ from rtbow.view.names import free_name
 from rtbow.view.worker import Worker
 
 if TYPE_CHECKING:
-    from rtbow.context import Backend
+    from rtbow.gl.context import Backend
     from rtbow.scene import Scene
     from rtbow.view.state import ViewState
 

@@ -13,7 +13,7 @@ from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from rtbow.base.errors import UnavailableError
-from rtbow.context import GlContext, open_context
+from rtbow.gl.context import GlContext, open_context
 from rtbow.view.picture import Rect
 
 _LEAST_SIZE_PX = (1, 1)

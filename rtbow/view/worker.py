@@ -29,7 +29,7 @@ from rtbow.view.messages import (
 from rtbow.view.server import LAST_WORDS_S, serve
 
 if TYPE_CHECKING:
-    from rtbow.context import Backend
+    from rtbow.gl.context import Backend
 
 _STUCK_S = (5.0, 60.0)
 """How long a frame may wait for what the process is at, at first and at most."""

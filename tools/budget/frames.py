@@ -6,7 +6,7 @@ from importlib.metadata import version
 
 import rtbow
 from rtbow.base.arrays import Array, floats
-from rtbow.context import open_context
+from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.renderer import Method
 from rtbow.scene import Scene

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from rtbow.base.arrays import Float32
 from rtbow.base.errors import UnavailableError, UnsuitedError
-from rtbow.context import GlContext
-from rtbow.glsl import Define, compile_program
+from rtbow.gl.context import GlContext
+from rtbow.gl.glsl import Define, compile_program
 
 Texture = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
 

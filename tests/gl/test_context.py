@@ -15,17 +15,22 @@ import moderngl
 import numpy as np
 import pytest
 
-import rtbow.context
-import rtbow.gl_egl
+import rtbow.gl.context
+import rtbow.gl.egl
 from checkout import ROOT
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
-from rtbow.context import BACKENDS, GlContext, open_context, probe_backends
+from rtbow.gl.context import (
+    BACKENDS,
+    GlContext,
+    open_context,
+    probe_backends,
+)
 from screen import virtual_screen
 
 HEADLESS = ("egl", "osmesa")
 PREAMBLE = """
 import numpy as np
-from rtbow.context import open_context, probe_backends
+from rtbow.gl.context import open_context, probe_backends
 from rtbow.base.errors import UnavailableError
 from test_context import Painter, interleave
 """
@@ -321,7 +326,7 @@ def test_egl_device_by_index(monkeypatch):
 
 
 def test_a_later_egl_device_is_taken_where_the_first_fails(monkeypatch):
-    create = rtbow.gl_egl._create_egl
+    create = rtbow.gl.egl._create_egl
 
     def second_only(index):
         if index == 0:
@@ -329,7 +334,7 @@ def test_a_later_egl_device_is_taken_where_the_first_fails(monkeypatch):
         return create(index - 1)
 
     monkeypatch.delenv("RTBOW_EGL_DEVICE", raising=False)
-    monkeypatch.setattr(rtbow.gl_egl, "_create_egl", second_only)
+    monkeypatch.setattr(rtbow.gl.egl, "_create_egl", second_only)
     with open_context("egl") as gl:
         interleave([gl])
 
@@ -340,7 +345,7 @@ def test_every_egl_device_that_fails_is_listed(monkeypatch):
         raise RuntimeError("eglInitialize failed (0x3001)" if index < 2 else found)
 
     monkeypatch.delenv("RTBOW_EGL_DEVICE", raising=False)
-    monkeypatch.setattr(rtbow.gl_egl, "_create_egl", fail)
+    monkeypatch.setattr(rtbow.gl.egl, "_create_egl", fail)
     with pytest.raises(UnavailableError) as caught:
         open_context("egl")
     message = str(caught.value)
@@ -356,7 +361,7 @@ def test_auto_takes_the_first_that_opens(monkeypatch):
     def fail(index):
         raise RuntimeError("libEGL.so.1 not loaded")
 
-    monkeypatch.setattr(rtbow.gl_egl, "_create_egl", fail)
+    monkeypatch.setattr(rtbow.gl.egl, "_create_egl", fail)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with open_context() as gl:
@@ -367,8 +372,8 @@ def test_auto_takes_the_first_that_opens(monkeypatch):
 def test_reasons_and_help_where_nothing_works(backend):
     output = run_python(
         f"""
-        import rtbow.gl_osmesa
-        rtbow.gl_osmesa._OSMESA_LIBRARIES = ("libOSMesa-that-is-not-there.so",)
+        import rtbow.gl.osmesa
+        rtbow.gl.osmesa._OSMESA_LIBRARIES = ("libOSMesa-that-is-not-there.so",)
         try:
             open_context({backend!r})
         except UnavailableError as error:
@@ -535,7 +540,7 @@ def test_import_is_light():
     output = run_python(
         """
         import subprocess, sys
-        code = "import sys, rtbow.context; print({'moderngl', 'glfw'} & set(sys.modules))"
+        code = "import sys, rtbow.gl.context; print({'moderngl', 'glfw'} & set(sys.modules))"
         print(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout)
         """
     )

@@ -16,10 +16,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
-from rtbow.gl_driver import BackendError, Driver
-from rtbow.gl_egl import EGL_DEVICE_VARIABLE, open_egl
-from rtbow.gl_osmesa import open_osmesa
-from rtbow.gl_window import foreign_window, open_window
+from rtbow.gl.driver import BackendError, Driver
+from rtbow.gl.egl import EGL_DEVICE_VARIABLE, open_egl
+from rtbow.gl.osmesa import open_osmesa
+from rtbow.gl.window import foreign_window, open_window
 
 # moderngl and glfw are imported where they are used: a verb without pictures must not wait.
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import pytest
 
 from glsl_probe import MAX_WIDTH_PX, probe
 from rtbow.base.errors import RtbowError
-from rtbow.glsl import (
+from rtbow.gl.glsl import (
     HEADER_NAME,
     ShaderError,
     assemble,

@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from rtbow.base.errors import InputError
-from rtbow.gl_driver import BackendError, Driver, create_moderngl
+from rtbow.gl.driver import BackendError, Driver, create_moderngl
 
 if TYPE_CHECKING:
     import moderngl

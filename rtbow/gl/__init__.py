@@ -1,0 +1,1 @@
+"""OpenGL: contexts, programs and the assembly of GLSL; nothing of the scene."""
