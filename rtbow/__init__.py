@@ -14,8 +14,8 @@ from rtbow.base.version import __version__
 
 if TYPE_CHECKING:
     from rtbow.renderer import Renderer
-    from rtbow.scene import Scene
-    from rtbow.scene_file import load_scene
+    from rtbow.scene.model import Scene
+    from rtbow.scene.text.file import load_scene
 
 __all__ = [
     "InputError",
@@ -30,8 +30,8 @@ __all__ = [
 # Loaded when first asked for: importing rtbow alone costs nothing, and --help is quick.
 _LAZY = {
     "Renderer": "rtbow.renderer",
-    "Scene": "rtbow.scene",
-    "load_scene": "rtbow.scene_file",
+    "Scene": "rtbow.scene.model",
+    "load_scene": "rtbow.scene.text.file",
 }
 
 

@@ -34,8 +34,8 @@ from rtbow.image import (
     write_png,
 )
 from rtbow.renderer import Method, Renderer
-from rtbow.scene import Scene
-from rtbow.scene_values import scene_files
+from rtbow.scene.model import Scene
+from rtbow.scene.text.values import scene_files
 from rtbow.sequence_files import SEQUENCE_TEXT, Outputs, Pattern, check_places
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rtbow.base.errors import InputError
-from rtbow.scene import Scene
-from rtbow.scene_file import load_scene, typed_override, with_overrides_noted
-from rtbow.scene_lights import SunLight
-from rtbow.scene_schema import node_at
-from rtbow.scene_values import changed_scene
+from rtbow.scene.lights import SunLight
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import load_scene, typed_override, with_overrides_noted
+from rtbow.scene.text.schema import node_at
+from rtbow.scene.text.values import changed_scene
 
 if TYPE_CHECKING:
     from rtbow.physics.light.sun_position import SunPosition

@@ -30,8 +30,8 @@ from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name, load_average
 from rtbow.gl.context import Backend, open_context
 from rtbow.random_scenes import random_scene, random_seed
 from rtbow.renderer import METHODS, Method, Renderer
-from rtbow.scene import Scene
-from rtbow.scene_file import builtin_scenes, load_scene
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import builtin_scenes, load_scene
 
 DEFAULT_SIZE = (640, 360)
 DEFAULT_ERROR_PIXELS = 400
@@ -119,7 +119,7 @@ class Plan:
         """Load a scene with the overrides of this plan, and more; ``random-N`` is drawn.
 
         Raises:
-            InputError: see :func:`rtbow.scene_file.load_scene`.
+            InputError: see :func:`rtbow.scene.text.file.load_scene`.
         """
         size = {"camera.size_px": list(self.size_px)}
         overrides = {**size, **self.settings, **changes}

@@ -154,7 +154,7 @@ def _plan(
     backend: Any,
 ) -> Plan:
     from rtbow.bench import DEFAULT_ERROR_PIXELS, DEFAULT_SIZE, Plan, shader_methods
-    from rtbow.scene_file import parse_set
+    from rtbow.scene.text.file import parse_set
 
     changes = dict(parse_set(text) for text in settings)
     if size is not None:

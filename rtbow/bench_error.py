@@ -25,7 +25,7 @@ from rtbow.base.cache import cached_arrays, file_digest, source_digest
 from rtbow.camera import pixel_directions
 from rtbow.colour_difference import FrameDifference, frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 
 REFERENCE_STEP_NM = 1.0
 """Wavelength step of the reference: the standard of truth."""

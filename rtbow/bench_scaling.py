@@ -24,8 +24,8 @@ from rtbow.bench import (
     with_device,
 )
 from rtbow.bench_memory import free_mib
-from rtbow.scene import Scene
-from rtbow.scene_lights import PointLight
+from rtbow.scene.lights import PointLight
+from rtbow.scene.model import Scene
 from rtbow.volume import scene_volume
 
 DEFAULT_SCENE = "shower"

@@ -7,7 +7,7 @@ import numpy as np
 from rtbow.base.arrays import Array, floats
 from rtbow.base.limits import NO_PLANE
 from rtbow.physics.geometry import direction
-from rtbow.scene import Camera
+from rtbow.scene.model import Camera
 
 
 def camera_basis(camera: Camera) -> Array:

@@ -20,7 +20,7 @@ from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 from rtbow.reference import radiance_along
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.volume import scene_volume
 
 ARC = 0.7

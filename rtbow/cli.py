@@ -108,7 +108,7 @@ def render(
     for path in outputs:  # before the long work, not after it
         check_writable(path, FRAME_SUFFIXES)
     from rtbow.renderer import Renderer
-    from rtbow.scene_file import load_scene
+    from rtbow.scene.text.file import load_scene
 
     if seed is not None:
         overrides["droplets.seed"] = seed
@@ -152,7 +152,7 @@ def scenes() -> None:
 
     Example: rtbow scenes
     """
-    from rtbow.scene_file import builtin_scenes, scene_title
+    from rtbow.scene.text.file import builtin_scenes, scene_title
 
     found = builtin_scenes()
     width = max(len(name) for name in found)

@@ -66,8 +66,8 @@ class Size(_SizeType):
             self.fail(f"{value!r} is not a size; write width and height such as 640x360", param)
         from pydantic import ValidationError
 
-        from rtbow.scene import Camera, Pixels
-        from rtbow.scene_schema import Node
+        from rtbow.scene.model import Camera, Pixels
+        from rtbow.scene.text.schema import Node
 
         try:
             return Camera(size_px=sides).size_px
@@ -264,7 +264,7 @@ def typed_overrides(
             f"--max-delta-e {max_delta_e:g}: methods auto and fast alone take it, not --method"
             f" {method}; leave one of the two out"
         )
-    from rtbow.scene_file import parse_set
+    from rtbow.scene.text.file import parse_set
 
     overrides = dict(parse_set(text) for text in settings)
     if size is not None:

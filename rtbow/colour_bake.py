@@ -29,7 +29,7 @@ from rtbow.gl.program import GlProgram
 from rtbow.physics.drop.airy import RADIUS_POWER, bows
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes, tabled_sizes
-from rtbow.scene import Scattering
+from rtbow.scene.model import Scattering
 from rtbow.section_table import RadiusAxis, row_sections
 from rtbow.shader_scene import bow_rows, dark_edges
 from rtbow.table import airy_table, shader_constants

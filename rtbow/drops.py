@@ -7,8 +7,13 @@ from numpy.random import Generator
 
 from rtbow.base.arrays import Array
 from rtbow.physics.sizes import marshall_palmer
-from rtbow.scene_droplets import Density
-from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius, Radius, UniformRadius
+from rtbow.scene.droplets import Density
+from rtbow.scene.radius import (
+    ConstantRadius,
+    MarshallPalmerRadius,
+    Radius,
+    UniformRadius,
+)
 from rtbow.world.rain.sizes import quantiles
 
 

@@ -14,7 +14,7 @@ from rtbow.fast_volume import kind_of
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, check_sizes, texture_bytes
 from rtbow.parts import CONE_MARGIN, scene_parts
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 
 
 class FastPass:

@@ -30,7 +30,7 @@ from rtbow.lights import Lamp, Sun
 from rtbow.parts import Parts, moved_parts
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
-from rtbow.scene import Camera, Scene
+from rtbow.scene.model import Camera, Scene
 from rtbow.section_table import radius_axis
 from rtbow.shader_scene import MOST_LOOPS, common_defines, common_uniforms, set_uniforms
 from rtbow.steps import (

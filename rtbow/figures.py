@@ -21,8 +21,8 @@ from rtbow.claims import Frame, Verdict, judge
 from rtbow.display import auto_exposure_ev
 from rtbow.image import read_exr, write_exr, write_frame
 from rtbow.renderer import Renderer
-from rtbow.scene import Scene
-from rtbow.scene_file import builtin_scenes, load_scene
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import builtin_scenes, load_scene
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend

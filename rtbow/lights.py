@@ -11,8 +11,8 @@ from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError
 from rtbow.physics.geometry import direction
 from rtbow.physics.light.spectrum import Spectrum, luminous
-from rtbow.scene import Scene
-from rtbow.scene_lights import PointLight, SunLight
+from rtbow.scene.lights import PointLight, SunLight
+from rtbow.scene.model import Scene
 from rtbow.world.spectra import E490, load_spectrum
 
 NEAREST_M = 1e-3

@@ -13,7 +13,7 @@ from rtbow.base.errors import RtbowError
 from rtbow.camera import camera_basis, pixel_directions
 from rtbow.physics.geometry import angle_between
 from rtbow.physics.light.colour import D65_XYZ, rgb_to_xyz, xyz_to_rgb
-from rtbow.scene import Camera
+from rtbow.scene.model import Camera
 
 Channel = Literal["red", "green", "blue", "luminance"]
 

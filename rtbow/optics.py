@@ -18,7 +18,7 @@ from rtbow.physics.drop.airy import Bow, bows
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.physics.sizes import tabled_sizes
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.volume import DropletVolume
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from rtbow.base.arrays import (
 from rtbow.camera import picture_cone
 from rtbow.lights import Sun, lamps, suns
 from rtbow.optics import Optics, scene_optics, table_sections
-from rtbow.scene import Camera, Scene
+from rtbow.scene.model import Camera, Scene
 from rtbow.volume import DropletVolume, scene_volume
 
 if TYPE_CHECKING:

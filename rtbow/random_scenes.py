@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rtbow.scene import Scene
-from rtbow.scene_file import scene_from_text
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import scene_from_text
 
 _NAME = re.compile(r"random-([1-9][0-9]{0,5})")
 _LAMP_SPECTRA = ("LED-B3", "LED-B5", "HP1", "FL2", "FL11", "equal-energy")
@@ -25,7 +25,7 @@ def random_scene(seed: int, overrides: Mapping[str, object]) -> Scene:
 
     Args:
         seed: the same one draws the same scene.
-        overrides: values by dotted key, as for :func:`rtbow.scene_file.load_scene`.
+        overrides: values by dotted key, as for :func:`rtbow.scene.text.file.load_scene`.
     """
     return scene_from_text(random_text(seed), f"random-{seed}", overrides=overrides)
 

@@ -40,7 +40,7 @@ from rtbow.reference_kernel import integrate_spectrum, sample_rays
 from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
 from rtbow.reference_rain_kernel import depths_along, depths_of_paths
 from rtbow.reference_table_kernel import integrate_lamp_rows, integrate_rows
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.section_table import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
 from rtbow.sections import Sections
 from rtbow.volume import DropletVolume, scene_volume

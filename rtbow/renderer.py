@@ -18,7 +18,7 @@ from rtbow.base.errors import (
     UnsuitedError,
 )
 from rtbow.display import require_finite
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 
 if TYPE_CHECKING:
     from rtbow.fast import FastPass

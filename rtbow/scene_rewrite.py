@@ -9,9 +9,9 @@ from typing import Any, TypeGuard
 import tomlkit
 from tomlkit.items import InlineTable
 
-from rtbow.scene import Scene
-from rtbow.scene_file import scene_from_text
-from rtbow.scene_values import scene_text
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import scene_from_text
+from rtbow.scene.text.values import scene_text
 
 
 def rewritten(text: str, scene: Scene, folder: Path) -> str | None:

@@ -18,7 +18,7 @@ from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.steps import StepRates
 from rtbow.table import NEAR_Z_LOW
 

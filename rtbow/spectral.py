@@ -22,7 +22,7 @@ from rtbow.lights import Lamp, Sun
 from rtbow.optics import Optics
 from rtbow.parts import Parts, scattering_range, scene_parts
 from rtbow.physics.air import rayleigh
-from rtbow.scene import Camera, Scene
+from rtbow.scene.model import Camera, Scene
 from rtbow.section_table import SectionTable, angle_axis, section_table
 from rtbow.shader_scene import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
 from rtbow.spectral_layout import LAMP_DEPTH_SAMPLES, bow_edges, shader_defines, spectral_rows

@@ -12,7 +12,7 @@ from rtbow.lights import NEAREST_M
 from rtbow.optics import Optics
 from rtbow.parts import Parts
 from rtbow.physics.drop.airy import SCALE_POWER
-from rtbow.scene import Camera, Scene
+from rtbow.scene.model import Camera, Scene
 from rtbow.shader_scene import bow_rows, common_defines, dark_edges
 from rtbow.steps import LEAST_RAIN_SAMPLES
 from rtbow.table import NEAR_S_FIXED, POLE_DISTANCE, shader_constants

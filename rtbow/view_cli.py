@@ -58,7 +58,7 @@ def view(
     Example: rtbow view shower --watch
     """
     from rtbow.base.files import check_writable
-    from rtbow.scene_file import load_scene, typed_override
+    from rtbow.scene.text.file import load_scene, typed_override
 
     overrides = typed_overrides(settings, size, max_delta_e, method)
     if screenshot is not None:

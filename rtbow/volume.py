@@ -24,9 +24,9 @@ from rtbow.base.limits import (
 )
 from rtbow.drops import draw_drops
 from rtbow.physics.sizes import Sizes
-from rtbow.scene import Scene
-from rtbow.scene_droplets import Droplets
-from rtbow.scene_values import place_of
+from rtbow.scene.droplets import Droplets
+from rtbow.scene.model import Scene
+from rtbow.scene.text.values import place_of
 from rtbow.world.rain.sizes import distribution
 
 Field = NDArray[np.float32]

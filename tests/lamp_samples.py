@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 
 STEP_NM = 40.0
 NM = np.arange(380.0, 781.0, STEP_NM)

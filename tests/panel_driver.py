@@ -15,9 +15,9 @@ from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
 from rtbow.gl.context import GlContext
-from rtbow.scene import Scene
-from rtbow.scene_file import load_scene
-from rtbow.scene_schema import ROOT, Node
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import load_scene
+from rtbow.scene.text.schema import ROOT, Node
 from rtbow.view import look
 from rtbow.view.edits import Edits, Opened
 from rtbow.view.help import draw_help

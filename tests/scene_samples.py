@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.scene_file import scene_from_text
+from rtbow.scene.text.file import scene_from_text
 
 BASE = """\
 # A scene to break.

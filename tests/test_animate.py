@@ -28,7 +28,7 @@ from rtbow.image import (
     write_png,
 )
 from rtbow.physics.light.sun_position import sun_path
-from rtbow.scene_file import load_scene
+from rtbow.scene.text.file import load_scene
 from rtbow.world.spectra import load_spectrum
 
 RISE = ("--key", "light.0.altitude_deg=2:40")

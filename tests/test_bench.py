@@ -42,7 +42,7 @@ from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.reference import radiance_along, render_reference
 from rtbow.renderer import METHODS, Renderer
-from rtbow.scene_file import load_scene
+from rtbow.scene.text.file import load_scene
 from rtbow.volume import load_volume
 
 SMALL = (32, 18)

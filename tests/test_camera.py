@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtbow.camera import camera_basis, picture_cone, pixel_directions
-from rtbow.scene import Camera
+from rtbow.scene.model import Camera
 
 
 @pytest.mark.parametrize("size_px", [(64, 36), (9, 40), (1, 1)])

@@ -37,7 +37,7 @@ from command_line import (
 from rtbow import __version__
 from rtbow.base.resources import resource_dir
 from rtbow.image import read_exr
-from rtbow.scene_file import builtin_scenes
+from rtbow.scene.text.file import builtin_scenes
 
 FAST = "method fast\n"
 """What stderr says where ``auto`` chose."""

@@ -8,8 +8,8 @@ import pytest
 
 import rtbow
 from rtbow.base.errors import InputError
-from rtbow.scene import Scene
-from rtbow.scene_file import load_scene, parse_set, scene_from_text
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import load_scene, parse_set, scene_from_text
 from rtbow.volume import DropletVolume, save_volume
 from scene_samples import BASE, problems
 

@@ -7,8 +7,13 @@ from scipy.stats import kstest, norm
 
 from rtbow.drops import draw_drops
 from rtbow.physics.sizes import marshall_palmer, marshall_palmer_slope
-from rtbow.scene_droplets import Density
-from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius, NormalRadius, UniformRadius
+from rtbow.scene.droplets import Density
+from rtbow.scene.radius import (
+    ConstantRadius,
+    MarshallPalmerRadius,
+    NormalRadius,
+    UniformRadius,
+)
 
 DROPS = Density(number_per_m3=1000.0)
 RAIN = Density(rain_rate_mm_h=5.0)

@@ -13,7 +13,7 @@ from rtbow.extinction import (
     rain_extinction,
 )
 from rtbow.optics import scene_optics
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.volume import build_volume
 
 RADIUS_M = 3e-4

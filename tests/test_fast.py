@@ -29,8 +29,8 @@ from rtbow.camera import pixel_directions
 from rtbow.colour_difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference import radiance_along
-from rtbow.scene import Scene
-from rtbow.scene_file import scene_from_text
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import scene_from_text
 from rtbow.volume import DropletVolume, save_volume
 
 Keys = Mapping[str, Any]

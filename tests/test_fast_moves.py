@@ -20,7 +20,7 @@ from rtbow.fast_scene import FastScene
 from rtbow.gl.context import GlContext, open_context
 from rtbow.optics import scene_optics
 from rtbow.parts import moved_parts, scene_parts
-from rtbow.scene import Compare, Scene
+from rtbow.scene.model import Compare, Scene
 from rtbow.spectral import SpectralPass
 
 SUN = {"type": "sun", "altitude_deg": 20.0, "azimuth_deg": 180.0, "spectrum": "FL2"}

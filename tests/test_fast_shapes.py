@@ -15,7 +15,7 @@ from rtbow.fast import FastPass
 from rtbow.gl.context import GlContext, open_context
 from rtbow.gl.glsl import Define, compile_program
 from rtbow.gl.program import GlProgram
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.spectral import SpectralPass
 from rtbow.volume import DropletVolume, save_volume
 

@@ -10,8 +10,8 @@ import pytest
 
 import rtbow
 from rtbow.physics.drop.water import relative_index
-from rtbow.scene import Scene
-from rtbow.scene_file import load_scene
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import load_scene
 from rtbow.volume import DropletVolume, save_volume
 from textbook import LUMINANCE, cross_section, mean_on_sphere, towards
 

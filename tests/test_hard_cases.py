@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 import rtbow.section_table
 from rtbow.reference import render_reference
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.spectral import SpectralPass
 from rtbow.volume import DropletVolume, save_volume
 from textbook import LUMINANCE

@@ -10,7 +10,7 @@ from rtbow.physics.drop.airy import bow
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.geometry import direction
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
-from rtbow.scene import Camera
+from rtbow.scene.model import Camera
 from rtbow.table import airy_table
 
 CAMERA = Camera(altitude_deg=20.0, fov_deg=84.0, size_px=(320, 180))

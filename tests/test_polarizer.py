@@ -8,7 +8,7 @@ from rtbow.physics.drop.mie import intensities
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.world.spectra import load_spectrum
 
 RADIUS_UM = 120.0

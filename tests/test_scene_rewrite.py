@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.scene_file import builtin_scenes, load_scene, scene_from_text
+from rtbow.scene.text.file import builtin_scenes, load_scene, scene_from_text
+from rtbow.scene.text.values import changed_scene
 from rtbow.scene_rewrite import rewritten
-from rtbow.scene_values import changed_scene
 
 TEXT = """\
 # My evening

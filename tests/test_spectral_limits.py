@@ -10,7 +10,7 @@ import pytest
 
 from rtbow.base.errors import UnavailableError
 from rtbow.gl.context import GlContext, open_context
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.spectral import SpectralPass
 
 SUN = {"type": "sun", "altitude_deg": 20.0}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtbow.optics import scene_optics
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.steps import (
     LAMP_STEPS,
     SAMPLES_PER_CELL,

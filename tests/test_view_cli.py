@@ -11,8 +11,8 @@ from pathlib import Path
 
 import rtbow
 import rtbow.image
-import rtbow.scene_file
-from rtbow.scene_file import load_scene
+import rtbow.scene.text.file
+from rtbow.scene.text.file import load_scene
 from screen import PROCESSES, virtual_screen
 
 SIZE = (320, 180)
@@ -89,7 +89,7 @@ def test_a_wrong_scene_or_file_is_told_before_the_window_opens(screen):
 WATCHED = """
 import sys, time
 from pathlib import Path
-from rtbow.scene_file import load_scene
+from rtbow.scene.text.file import load_scene
 from rtbow.view.app import Viewer
 from rtbow.view.edits import Opened
 
@@ -202,7 +202,7 @@ def test_changed_files_are_taken_over_and_mistakes_told(screen, tmp_path):
 BUILT_IN = """
 import sys, time
 from rtbow.base.resources import resource_dir
-from rtbow.scene_file import builtin_scenes, load_scene
+from rtbow.scene.text.file import builtin_scenes, load_scene
 from rtbow.view.app import Viewer
 from rtbow.view.edits import Opened
 
@@ -320,7 +320,7 @@ def test_quitting_keeps_what_was_not_saved(screen, tmp_path):
     """
     folder = tmp_path / "scenes"
     folder.mkdir()
-    shutil.copy(rtbow.scene_file.builtin_scenes()["street-lamp"], tmp_path / "mine.toml")
+    shutil.copy(rtbow.scene.text.file.builtin_scenes()["street-lamp"], tmp_path / "mine.toml")
     result = acted(screen, tmp_path, quits)
     assert result.returncode == 0, result.stderr
     assert load_scene(tmp_path / "uniform-recovered.toml").light[0].altitude_deg == 3.0
@@ -342,7 +342,7 @@ def test_where_the_scene_lies_may_not_be_writable(screen, tmp_path):
     # Nor a folder at all any more.
     folder = tmp_path / "away"
     folder.mkdir()
-    shutil.copy(rtbow.scene_file.builtin_scenes()["uniform"], folder / "mine.toml")
+    shutil.copy(rtbow.scene.text.file.builtin_scenes()["uniform"], folder / "mine.toml")
     act = """
     import shutil
     viewer.change({"light.0.altitude_deg": 3.0})

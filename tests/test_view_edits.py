@@ -8,15 +8,15 @@ import pytest
 
 from checkout import ROOT
 from rtbow.base.errors import InputError
-from rtbow.scene import Scene
-from rtbow.scene_file import (
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import (
     builtin_scenes,
     load_scene,
     parse_set,
     scene_title,
     typed_override,
 )
-from rtbow.scene_values import scene_text
+from rtbow.scene.text.values import scene_text
 from rtbow.view.edits import Edits, Opened
 
 

@@ -10,15 +10,11 @@ import pytest
 from pydantic import BaseModel, Field
 
 from panel_driver import KEY, is_red, staged
-from rtbow.scene import Scene
-from rtbow.scene_droplets import Droplets
-from rtbow.scene_file import (
-    builtin_scenes,
-    load_scene,
-    scene_from_text,
-)
-from rtbow.scene_schema import ROOT
-from rtbow.scene_values import changed_scene, scene_text, values_of
+from rtbow.scene.droplets import Droplets
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import builtin_scenes, load_scene, scene_from_text
+from rtbow.scene.text.schema import ROOT
+from rtbow.scene.text.values import changed_scene, scene_text, values_of
 from rtbow.view import kinds
 from rtbow.view.proposals import merged
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtbow.scene import Camera
-from rtbow.scene_file import load_scene
+from rtbow.scene.model import Camera
+from rtbow.scene.text.file import load_scene
 from rtbow.view import navigate
 from textbook import pinhole
 from textbook import towards as unit

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtbow.scene_file import load_scene
+from rtbow.scene.text.file import load_scene
 from rtbow.view.overlays import (
     bow_circles,
     box_edges,

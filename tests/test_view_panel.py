@@ -10,13 +10,9 @@ from PIL import Image
 from pydantic import BaseModel, Field
 
 from panel_driver import KEY, SECTIONS, WIDTH, is_red, shown_rows, staged
-from rtbow.scene import Camera, Scene
-from rtbow.scene_file import (
-    builtin_scenes,
-    scene_from_text,
-    scene_title,
-)
-from rtbow.scene_values import changed_scene, scene_text
+from rtbow.scene.model import Camera, Scene
+from rtbow.scene.text.file import builtin_scenes, scene_from_text, scene_title
+from rtbow.scene.text.values import changed_scene, scene_text
 from rtbow.view.gallery import thumbnail_path
 from rtbow.view.messages import FrameDrawn
 from rtbow.view.rows import Slide, label_of, shown_number

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rtbow.scene_file import load_scene
+from rtbow.scene.text.file import load_scene
 from rtbow.view.edits import Edits, Opened
 from rtbow.view.stage import PANEL_WIDTH, Stage
 from rtbow.view.state import ViewState

@@ -7,11 +7,8 @@ import shlex
 import pytest
 
 from panel_driver import KEY, Stage, is_red, shown_rows, staged, value
-from rtbow.scene_file import (
-    builtin_scenes,
-    parse_set,
-)
-from rtbow.scene_values import changed_scene
+from rtbow.scene.text.file import builtin_scenes, parse_set
+from rtbow.scene.text.values import changed_scene
 from rtbow.view.proposals import shortened
 from rtbow.view.rows import Row, Slide
 from rtbow.view.widgets import spectrum_groups

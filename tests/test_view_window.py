@@ -21,13 +21,13 @@ from pydantic import BaseModel
 
 import rtbow
 import rtbow.image
-import rtbow.scene_file
+import rtbow.scene.text.file
 from rtbow.base.errors import UnavailableError
 from rtbow.bench_memory import PeakMemory
 from rtbow.display import display
 from rtbow.reference import spectral_radiance_along
-from rtbow.scene_file import load_scene
-from rtbow.scene_values import changed_scene
+from rtbow.scene.text.file import load_scene
+from rtbow.scene.text.values import changed_scene
 from rtbow.view.app import Viewer
 from rtbow.view.edits import Opened
 from rtbow.view.messages import Failed
@@ -118,7 +118,7 @@ class Session:
 
 
 def opened(name: str, *overrides: str, size: tuple[int, int] = SIZE) -> Opened:
-    from rtbow.scene_file import parse_set
+    from rtbow.scene.text.file import parse_set
 
     typed = (*overrides, f"camera.size_px={list(size)}")
     return Opened(load_scene(name, dict(map(parse_set, typed))), name, typed)
@@ -605,7 +605,7 @@ def test_saved_frame_and_scene_give_the_same_picture(live, tmp_path, monkeypatch
     np.testing.assert_array_equal(saved, again)
     assert metadata["method"] == "fast"
     assert metadata["command"].startswith("rtbow render uniform")
-    assert rtbow.scene_file.scene_from_text(metadata["scene"]) == load_scene(scene)
+    assert rtbow.scene.text.file.scene_from_text(metadata["scene"]) == load_scene(scene)
 
 
 def test_keys_save_under_names_that_are_free(live, tmp_path, monkeypatch):
@@ -739,7 +739,7 @@ def test_what_was_wrong_with_a_file_is_over_once_it_is_saved(live, tmp_path):
 
 def test_dropped_files_are_opened_or_refused(live, tmp_path):
     good, bad, other = tmp_path / "a b.toml", tmp_path / "bad.toml", tmp_path / "a.txt"
-    shutil.copy(rtbow.scene_file.builtin_scenes()["street-lamp"], good)
+    shutil.copy(rtbow.scene.text.file.builtin_scenes()["street-lamp"], good)
     bad.write_text("[camera]\nfov_deg = 200\n")
     other.write_text("")
     window = glfw.get_x11_window(live.viewer.stage.window.handle)

@@ -19,7 +19,7 @@ import pytest
 from rtbow.base.cache import FOLDER_VARIABLE, keep_arrays, kept_arrays
 from rtbow.mie_build import kept_table, parts
 from rtbow.mie_table import node_range, standard_axes
-from rtbow.scene_file import load_scene
+from rtbow.scene.text.file import load_scene
 from rtbow.view.messages import (
     DrawFrame,
     Failed,
@@ -187,7 +187,7 @@ def test_a_spectrum_that_waits_gives_way_to_a_newer_one():
 
 ENDING = """
     import os, signal, sys, time
-    from rtbow.scene_file import load_scene
+    from rtbow.scene.text.file import load_scene
     from rtbow.view.messages import DrawFrame
     from rtbow.view.worker import Worker
 

@@ -33,7 +33,7 @@ from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.physics.drop.airy import airy_squared, bow
 from rtbow.physics.drop.water import iapws_index
 from rtbow.physics.light.colour import luminance
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.table_tools import describe_table
 from rtbow.volume import DropletVolume, save_volume
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rtbow.base.errors import RtbowError
 from rtbow.base.files import check_writable
-from rtbow.scene_file import load_scene, parse_set
+from rtbow.scene.text.file import load_scene, parse_set
 from rtbow.volume import build_volume, save_volume
 
 

@@ -21,8 +21,8 @@ from rtbow.base.arrays import Array, floats
 from rtbow.colour_difference import frame_difference
 from rtbow.fast_settings import FastSettings, Kind, settings_for
 from rtbow.physics.light.colour import rgb_to_xyz
-from rtbow.scene import Scene
-from rtbow.scene_file import load_scene
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import load_scene
 
 _FINEST = {
     "samples_per_cell": 4.0, "block": 0, "lamp_block": 0, "texels_per_disc": 24.0,

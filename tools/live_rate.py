@@ -47,7 +47,7 @@ _MOUSE_S = 1.0 / 125.0
 
 def measure(name: str, size: tuple[int, int], seconds: float) -> None:
     """Print frame rates, render scales and the longest stop of the window."""
-    from rtbow.scene_file import load_scene
+    from rtbow.scene.text.file import load_scene
     from rtbow.view.app import Viewer
     from rtbow.view.edits import Opened
     from screen import Hands, virtual_screen  # type: ignore[import-not-found]  # of the tests

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import rtbow
 from rtbow.display import auto_exposure_ev, display
 from rtbow.image import write_png
-from rtbow.scene_file import builtin_scenes
+from rtbow.scene.text.file import builtin_scenes
 
 FOLDER = Path(__file__).resolve().parents[1] / "scenes" / "thumbnails"
 SIZE_PX = (128, 72)

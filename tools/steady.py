@@ -24,7 +24,7 @@ import rtbow
 from rtbow.base.arrays import Array, floats
 from rtbow.base.cache import FOLDER_VARIABLE
 from rtbow.bench_memory import PeakMemory
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 
 _PERIODS = 3
 """Ups and downs of the sun in the frames that count. One more goes before: tables for every stretch

@@ -13,9 +13,9 @@ import glfw
 from rtbow.base.arrays import Float32
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.image import FRAME_SUFFIXES
-from rtbow.scene import Scene
-from rtbow.scene_file import DEFAULT_SCENE
-from rtbow.scene_values import changed_scene, values_of
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import DEFAULT_SCENE
+from rtbow.scene.text.values import changed_scene, values_of
 from rtbow.view.edits import Edits, Opened
 from rtbow.view.help import draw_help
 from rtbow.view.hud import Hud

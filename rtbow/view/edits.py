@@ -11,10 +11,10 @@ from pathlib import Path
 
 from rtbow.base.errors import InputError
 from rtbow.base.files import write_atomic
-from rtbow.scene import Scene
-from rtbow.scene_file import load_scene, typed_override
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import load_scene, typed_override
+from rtbow.scene.text.values import changed_scene, differences, scene_text
 from rtbow.scene_rewrite import rewritten
-from rtbow.scene_values import changed_scene, differences, scene_text
 
 _MOST_UNDONE = 500
 """Changes that can be undone; further back they are forgotten."""

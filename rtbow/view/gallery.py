@@ -9,7 +9,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from rtbow.base.resources import resource_dir
-from rtbow.scene_file import builtin_scenes, scene_title
+from rtbow.scene.text.file import builtin_scenes, scene_title
 from rtbow.view import look
 from rtbow.view.edits import Edits
 from rtbow.view.rows import Row, own_row

@@ -11,7 +11,7 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from rtbow.base.arrays import Array, Float32
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.view import look
 from rtbow.view.overlays import Overlay, box_of, overlays
 from rtbow.view.projection import part_views, whole_size

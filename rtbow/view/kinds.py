@@ -13,9 +13,9 @@ from pydantic import BaseModel
 from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
 from rtbow.physics.geometry import direction
-from rtbow.scene import Scene
-from rtbow.scene_droplets import Droplets, density_key
-from rtbow.scene_schema import Node
+from rtbow.scene.droplets import Droplets, density_key
+from rtbow.scene.model import Scene
+from rtbow.scene.text.schema import Node
 from rtbow.view.overlays import box_of
 from rtbow.view.projection import azimuth_altitude_deg
 from rtbow.view.rows import Row, rounded, rows_of

@@ -10,7 +10,7 @@ from rtbow.base.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
     from rtbow.renderer import Method
-    from rtbow.scene import Scene
+    from rtbow.scene.model import Scene
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ import numpy as np
 from rtbow.base.arrays import Array, floats
 from rtbow.camera import camera_basis
 from rtbow.physics.geometry import direction
-from rtbow.scene import Camera, Scene
-from rtbow.scene_lights import SunLight
-from rtbow.scene_schema import Node
-from rtbow.scene_table import Coordinate
+from rtbow.scene.lights import SunLight
+from rtbow.scene.model import Camera, Scene
+from rtbow.scene.table import Coordinate
+from rtbow.scene.text.schema import Node
 from rtbow.view.projection import View, azimuth_altitude_deg
 
 ZOOM_PER_CLICK = 1.1

@@ -18,9 +18,9 @@ from rtbow.base.arrays import Array, floats
 from rtbow.physics.drop.airy import bow
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.geometry import angle_between, box_span, direction
-from rtbow.scene import Scene
-from rtbow.scene_droplets import Droplets
-from rtbow.scene_lights import PointLight, SunLight
+from rtbow.scene.droplets import Droplets
+from rtbow.scene.lights import PointLight, SunLight
+from rtbow.scene.model import Scene
 from rtbow.view.projection import Lines, View, part_views
 
 Kind = Literal["bow", "horizon", "grid", "box", "light", "antisolar"]

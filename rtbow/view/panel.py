@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 from rtbow.display import EV_LIMIT
 from rtbow.renderer import METHODS
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
 from rtbow.view.gallery import Gallery

@@ -9,10 +9,10 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from rtbow.scene import Compare, Scene
-from rtbow.scene_overrides import flat, plain
-from rtbow.scene_schema import toml_text
-from rtbow.scene_values import changed_scene
+from rtbow.scene.model import Compare, Scene
+from rtbow.scene.text.overrides import flat, plain
+from rtbow.scene.text.schema import toml_text
+from rtbow.scene.text.values import changed_scene
 from rtbow.view.edits import Edits
 from rtbow.view.state import Actions, ViewState
 

@@ -14,8 +14,8 @@ from rtbow.measures import chromaticity
 from rtbow.physics.geometry import angle_between, box_span, direction
 from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import wavelength_bins
-from rtbow.scene import Scene
-from rtbow.scene_lights import PointLight, SunLight
+from rtbow.scene.lights import PointLight, SunLight
+from rtbow.scene.model import Scene
 from rtbow.view.navigate import antisolar
 from rtbow.view.overlays import box_of
 from rtbow.view.projection import View, azimuth_altitude_deg, part_at

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtbow.base.files import write_atomic
-from rtbow.scene import Scene
-from rtbow.scene_file import DEFAULT_SCENE
-from rtbow.scene_values import differences
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import DEFAULT_SCENE
+from rtbow.scene.text.values import differences
 from rtbow.view.edits import Edits, Opened, file_text
 from rtbow.view.names import free_name
 

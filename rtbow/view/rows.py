@@ -15,8 +15,8 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from rtbow.scene_schema import Node
-from rtbow.scene_table import AXES
+from rtbow.scene.table import AXES
+from rtbow.scene.text.schema import Node
 
 Kind = Literal[
     "number", "flag", "choice", "tag", "spectrum", "path", "text", "vector", "corners", "boxes",

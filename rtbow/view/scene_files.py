@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING
 
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.base.resources import resource_dir
-from rtbow.scene_file import DEFAULT_SCENE, builtin_scenes, load_scene, parse_set
-from rtbow.scene_values import scene_files
+from rtbow.scene.text.file import (
+    DEFAULT_SCENE,
+    builtin_scenes,
+    load_scene,
+    parse_set,
+)
+from rtbow.scene.text.values import scene_files
 from rtbow.view.edits import Edits, Opened
 from rtbow.view.recovery import KEEP_AFTER_S, Recovered, Recovery, recovered_path
 from rtbow.view.watch import Watch

@@ -36,7 +36,7 @@ from rtbow.view.messages import (
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
     from rtbow.renderer import Renderer
-    from rtbow.scene import Scene
+    from rtbow.scene.model import Scene
 
 LAST_WORDS_S = 2.0
 """In which a process may end by itself."""

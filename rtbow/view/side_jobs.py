@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtbow.base.errors import RtbowError
-from rtbow.scene_values import scene_text
+from rtbow.scene.text.values import scene_text
 from rtbow.view.messages import (
     Failed,
     FrameSaved,
@@ -26,7 +26,7 @@ from rtbow.view.worker import Worker
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
-    from rtbow.scene import Scene
+    from rtbow.scene.model import Scene
     from rtbow.view.state import ViewState
 
 _PROGRESS = "aside"

@@ -11,8 +11,8 @@ import numpy as np
 from imgui_bundle import imgui
 
 from rtbow.base.arrays import Array, floats
-from rtbow.scene import Camera
-from rtbow.scene_values import differences
+from rtbow.scene.model import Camera
+from rtbow.scene.text.values import differences
 from rtbow.view import hud, navigate
 from rtbow.view.projection import View, whole_size
 from rtbow.view.stage import Stage

@@ -10,12 +10,12 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
-from rtbow.scene import Scene
-from rtbow.scene_droplets import Droplets, density_key
-from rtbow.scene_file import parse_set
-from rtbow.scene_lights import PointLight, SunLight
-from rtbow.scene_overrides import flat, plain
-from rtbow.scene_schema import Node, toml_text
+from rtbow.scene.droplets import Droplets, density_key
+from rtbow.scene.lights import PointLight, SunLight
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import parse_set
+from rtbow.scene.text.overrides import flat, plain
+from rtbow.scene.text.schema import Node, toml_text
 from rtbow.view import kinds, widgets
 from rtbow.view.proposals import RIGHT, Proposals, plain_value, split_path, value_at
 from rtbow.view.rows import Row, own_row, rows_of

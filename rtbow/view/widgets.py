@@ -10,8 +10,8 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from rtbow.scene_overrides import plain
-from rtbow.scene_schema import toml_text
+from rtbow.scene.text.overrides import plain
+from rtbow.scene.text.schema import toml_text
 from rtbow.view import look
 from rtbow.view.rows import Row, Slide, shown_number
 from rtbow.view.ui import Set, Ui, value_text

@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import gamma, gengamma, kstest, lognorm
 
 import rtbow
-from rtbow.scene import Scene
-from rtbow.scene_droplets import Density
-from rtbow.scene_radius import (
+from rtbow.scene.droplets import Density
+from rtbow.scene.model import Scene
+from rtbow.scene.radius import (
     GammaRadius,
     LognormalRadius,
     MarshallPalmerRadius,

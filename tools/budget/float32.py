@@ -14,7 +14,7 @@ from rtbow.camera import pixel_directions
 from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Row, Stage
 from rtbow.lights import suns
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 
 
 def same_table_frame(scene: Scene) -> Array:

@@ -9,7 +9,7 @@ from rtbow.base.arrays import Array, floats
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.renderer import Method
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 
 SIZE = [64, 36]
 SIZE_NAME = f"{SIZE[0]}×{SIZE[1]}"

@@ -9,7 +9,7 @@ from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.optics import scene_optics
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.steps import most_steps, step_rates
 from rtbow.volume import build_volume
 

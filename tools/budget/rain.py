@@ -17,7 +17,7 @@ from rtbow.lights import suns
 from rtbow.optics import scene_optics
 from rtbow.physics.geometry import box_span
 from rtbow.renderer import Method
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.volume import build_volume
 
 _RANGES_UM = ((10.0, 50.0), (50.0, 200.0), (100.0, 1000.0), (300.0, 700.0))

@@ -11,7 +11,7 @@ from rtbow.base.arrays import Array, floats
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.physics.geometry import box_span
 from rtbow.reference import radiance_along
-from rtbow.scene import Scene
+from rtbow.scene.model import Scene
 from rtbow.section_table import radius_axis, row_sections
 from rtbow.sections import Sections, water_sections
 from rtbow.volume import build_volume

@@ -9,8 +9,8 @@ import numpy as np
 from rtbow.base.arrays import Array, floats
 from rtbow.base.limits import MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.physics.sizes import MARSHALL_PALMER_N0_M4, Sizes, marshall_palmer_slope
-from rtbow.scene_droplets import Density
-from rtbow.scene_radius import (
+from rtbow.scene.droplets import Density
+from rtbow.scene.radius import (
     ConstantRadius,
     GammaRadius,
     LognormalRadius,

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rtbow import scene_file
 from rtbow.base.errors import InputError
-from rtbow.scene_file import (
+from rtbow.scene.text import file as scene_file
+from rtbow.scene.text.file import (
     builtin_scenes,
     load_scene,
     parse_set,

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rtbow.scene_droplets import Density
-from rtbow.scene_file import scene_from_text
-from rtbow.scene_lights import PointLight
-from rtbow.scene_radius import ConstantRadius, MarshallPalmerRadius, UniformRadius
+from rtbow.scene.droplets import Density
+from rtbow.scene.lights import PointLight
+from rtbow.scene.radius import ConstantRadius, MarshallPalmerRadius, UniformRadius
+from rtbow.scene.text.file import scene_from_text
 from scene_samples import BASE, problems
 
 

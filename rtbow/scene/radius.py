@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from rtbow.base.limits import MAX_RADIUS_UM, MIN_RADIUS_UM
-from rtbow.scene_table import Table, refused, shown_as
+from rtbow.scene.table import Table, refused, shown_as
 
 RadiusUm = Annotated[float, Field(ge=MIN_RADIUS_UM, le=MAX_RADIUS_UM)]
 

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rtbow.base.errors import InputError
-from rtbow.scene_droplets import Density, density_key
-from rtbow.scene_lights import Light
-from rtbow.scene_schema import ROOT, Node, suggestion
+from rtbow.scene.droplets import Density, density_key
+from rtbow.scene.lights import Light
+from rtbow.scene.text.schema import ROOT, Node, suggestion
 
 
 def plain(value: object) -> Any:

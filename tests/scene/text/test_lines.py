@@ -3,8 +3,8 @@
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.scene_file import scene_from_text
-from rtbow.scene_lines import Lines
+from rtbow.scene.text.file import scene_from_text
+from rtbow.scene.text.lines import Lines
 
 TEXT = '''\
 # A title

@@ -7,10 +7,21 @@ import pytest
 
 from rtbow.base.errors import InputError
 from rtbow.random_scenes import random_scene
-from rtbow.scene import Scene
-from rtbow.scene_file import builtin_scenes, load_scene, parse_set, scene_from_text
-from rtbow.scene_schema import toml_text
-from rtbow.scene_values import changed_scene, differences, scene_files, scene_text, values_of
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import (
+    builtin_scenes,
+    load_scene,
+    parse_set,
+    scene_from_text,
+)
+from rtbow.scene.text.schema import toml_text
+from rtbow.scene.text.values import (
+    changed_scene,
+    differences,
+    scene_files,
+    scene_text,
+    values_of,
+)
 
 NAMES = sorted(builtin_scenes())
 

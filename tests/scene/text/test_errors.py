@@ -2,7 +2,7 @@
 
 import pytest
 
-from rtbow.scene_file import scene_from_text
+from rtbow.scene.text.file import scene_from_text
 from scene_samples import BASE, FROM_FILE, problems
 
 # --- wrong values: (what to replace in BASE, by what, the whole message after "storm.toml: ")

@@ -10,11 +10,11 @@ import tomli_w
 from pydantic import ValidationError
 
 from rtbow.base.errors import InputError
-from rtbow.scene import Scene
-from rtbow.scene_errors import explain, line_text
-from rtbow.scene_lines import Lines
-from rtbow.scene_overrides import apply_overrides, flat, plain
-from rtbow.scene_schema import toml_text
+from rtbow.scene.model import Scene
+from rtbow.scene.text.errors import explain, line_text
+from rtbow.scene.text.lines import Lines
+from rtbow.scene.text.overrides import apply_overrides, flat, plain
+from rtbow.scene.text.schema import toml_text
 
 
 def scene_from_values(

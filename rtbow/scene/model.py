@@ -1,6 +1,6 @@
 """The scene: what is in the picture, checked and frozen, with the units in the names.
 
-:mod:`rtbow.scene_file` makes scenes from TOML text.
+:mod:`rtbow.scene.text.file` makes scenes from TOML text.
 """
 
 import math
@@ -17,9 +17,15 @@ from rtbow.base.limits import (
     WATER_C,
 )
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.scene_droplets import Droplets
-from rtbow.scene_lights import Light
-from rtbow.scene_table import AltitudeDeg, Point, Table, refused, shown_as
+from rtbow.scene.droplets import Droplets
+from rtbow.scene.lights import Light
+from rtbow.scene.table import (
+    AltitudeDeg,
+    Point,
+    Table,
+    refused,
+    shown_as,
+)
 
 Pixels = Annotated[int, Field(ge=1, le=16384)]
 Order = Annotated[int, Field(ge=1, le=2)]

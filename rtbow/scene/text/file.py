@@ -10,11 +10,11 @@ from typing import Any
 
 from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
-from rtbow.scene import Scene
-from rtbow.scene_lines import Lines
-from rtbow.scene_overrides import plain
-from rtbow.scene_schema import node_at, toml_text
-from rtbow.scene_values import resolve_paths, scene_from_values
+from rtbow.scene.model import Scene
+from rtbow.scene.text.lines import Lines
+from rtbow.scene.text.overrides import plain
+from rtbow.scene.text.schema import node_at, toml_text
+from rtbow.scene.text.values import resolve_paths, scene_from_values
 
 DEFAULT_SCENE = "default"
 

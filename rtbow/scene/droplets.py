@@ -8,8 +8,16 @@ from pydantic import Field, Strict, ValidationError, field_validator, model_vali
 from pydantic_core import InitErrorDetails
 
 from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS
-from rtbow.scene_radius import ConstantRadius, Radius
-from rtbow.scene_table import AXES, Point, Table, misplaced, missing, refused, shown_as
+from rtbow.scene.radius import ConstantRadius, Radius
+from rtbow.scene.table import (
+    AXES,
+    Point,
+    Table,
+    misplaced,
+    missing,
+    refused,
+    shown_as,
+)
 
 Box = Annotated[tuple[Point, Point], Strict(False)]
 GridSize = Annotated[int, Field(ge=2, le=1024)]

@@ -1,0 +1,1 @@
+"""How a scene is read from TOML text, changed by overrides, and refused."""
