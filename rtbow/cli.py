@@ -42,7 +42,7 @@ from rtbow.view_cli import view
 
 if TYPE_CHECKING:
     from rtbow.renderer import Method, Renderer
-    from rtbow.sections import Theory
+    from rtbow.tables.sections import Theory
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
 PIPE_CLOSED = 141  # 128 + SIGPIPE
@@ -276,7 +276,7 @@ def table_build(
 
     Example: rtbow table build --theory mie
     """  # fmt: skip
-    from rtbow.table_tools import describe_build, describe_mie_build
+    from rtbow.tables.report import describe_build, describe_mie_build
 
     if theory == "airy":
         if (spread, max_radius_um, workers, scheduler) != (2.0, 1500.0, None, None):
@@ -306,7 +306,7 @@ def table_info(samples: int) -> None:
 
     Example: rtbow table info
     """  # fmt: skip
-    from rtbow.table_tools import describe_table
+    from rtbow.tables.report import describe_table
 
     for line in describe_table(samples):
         click.echo(line)
@@ -370,7 +370,7 @@ def table_export(
     from rtbow.base.files import check_writable
 
     check_writable(output, (".npz", ".exr"))
-    from rtbow.table_export import (
+    from rtbow.tables.export import (
         PlainTable,
         default_radii_um,
         default_wavelengths_nm,

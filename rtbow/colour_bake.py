@@ -30,9 +30,9 @@ from rtbow.physics.drop.airy import RADIUS_POWER, bows
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.scene.model import Scattering
-from rtbow.section_table import RadiusAxis, row_sections
 from rtbow.shader_scene import bow_rows, dark_edges
-from rtbow.table import airy_table, shader_constants
+from rtbow.tables.airy import airy_table, shader_constants
+from rtbow.tables.layout import RadiusAxis, row_sections
 
 _ROWS_AT_A_TIME = 32
 _KEPT_FILES = 32
@@ -87,7 +87,7 @@ def outcomes(
     if drops.on_device:
         return _bake(gl, drops, light, theta, disc_rad, components=components)
     # Imported here, with the compiler of what is summed on the CPU.
-    from rtbow.mie_store import COMPACT_FILE
+    from rtbow.tables.mie.store import COMPACT_FILE
 
     key = repr(
         (
@@ -117,7 +117,7 @@ def _from_sections(
     drops: Drops, light: LightBasis, theta: Array, disc_rad: float, *,
     components: bool, progress: Progress,
 ) -> Float32:  # fmt: skip
-    from rtbow.sections import water_sections
+    from rtbow.tables.sections import water_sections
 
     scattering, radii = drops.scattering, drops.radius_m
     range_um = float(radii[0] * 1e6), float(radii[-1] * 1e6)

@@ -25,7 +25,7 @@ from rtbow.lights import Lamp, Sun
 from rtbow.optics import Optics
 from rtbow.physics.constants import SUN_DIAMETER_DEG
 from rtbow.scene.model import Scene
-from rtbow.sections import extinction_efficiencies
+from rtbow.tables.sections import extinction_efficiencies
 from rtbow.volume import DropletVolume
 from rtbow.volume_kernel import interpolate
 

@@ -50,8 +50,8 @@ from rtbow.gl.program import (
 )
 from rtbow.lights import NEAREST_M, Lamp
 from rtbow.physics.air.rayleigh import NO_AIR, Column
-from rtbow.section_table import running_integral
 from rtbow.steps import lamp_steps, most_steps
+from rtbow.tables.layout import running_integral
 
 _FEW_STEPS = 1
 """Steps at every pixel, whose error nodes make good."""

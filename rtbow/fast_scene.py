@@ -31,7 +31,6 @@ from rtbow.parts import Parts, moved_parts
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.scene.model import Camera, Scene
-from rtbow.section_table import radius_axis
 from rtbow.shader_scene import MOST_LOOPS, common_defines, common_uniforms, set_uniforms
 from rtbow.steps import (
     LEAST_RAIN_SAMPLES,
@@ -41,6 +40,7 @@ from rtbow.steps import (
     most_steps,
     rates_on_grid,
 )
+from rtbow.tables.layout import radius_axis
 from rtbow.volume import DropletVolume
 
 _WIDEST_BLOCK_DEG = 1.1

@@ -22,7 +22,7 @@ from rtbow.scene.model import Scene
 from rtbow.volume import DropletVolume
 
 if TYPE_CHECKING:
-    from rtbow.sections import Sections
+    from rtbow.tables.sections import Sections
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def table_sections(
     if theory == "airy" and volume.sizes is None:
         return None
     # Imported here, with the compiler of what is summed on the CPU.
-    from rtbow.sections import water_sections
+    from rtbow.tables.sections import water_sections
 
     radii_um = volume.size_range_um
     if volume.sizes is not None and theory == "mie":

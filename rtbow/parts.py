@@ -21,7 +21,7 @@ from rtbow.volume import DropletVolume, scene_volume
 
 if TYPE_CHECKING:
     from rtbow.extinction import RainExtinction
-    from rtbow.sections import Sections
+    from rtbow.tables.sections import Sections
 
 
 CONE_MARGIN = 2e-3

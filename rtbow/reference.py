@@ -27,7 +27,6 @@ from rtbow.base.arrays import (
 from rtbow.camera import perpendicular_share, pixel_directions
 from rtbow.extinction import RainExtinction, paths_to, rain_extinction, with_second
 from rtbow.lights import NEAREST_M, Lamp, Sun
-from rtbow.mie_direct import DirectMieSections
 from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.physics.air.rayleigh import segment_column, sun_column
 from rtbow.physics.constants import EARTH_RADIUS_M
@@ -41,8 +40,15 @@ from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
 from rtbow.reference_rain_kernel import depths_along, depths_of_paths
 from rtbow.reference_table_kernel import integrate_lamp_rows, integrate_rows
 from rtbow.scene.model import Scene
-from rtbow.section_table import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
-from rtbow.sections import Sections
+from rtbow.tables.layout import (
+    RadiusAxis,
+    angle_axis,
+    radius_axis,
+    row_sections,
+    running_integral,
+)
+from rtbow.tables.mie.direct import DirectMieSections
+from rtbow.tables.sections import Sections
 from rtbow.volume import DropletVolume, scene_volume
 
 _MOST_NODES = 96

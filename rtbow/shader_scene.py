@@ -20,7 +20,7 @@ from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.scene.model import Scene
 from rtbow.steps import StepRates
-from rtbow.table import NEAR_Z_LOW
+from rtbow.tables.airy import NEAR_Z_LOW
 
 MAX_STEPS = 1 << 20
 MOST_LOOPS = 65_000

@@ -23,17 +23,17 @@ from rtbow.optics import Optics
 from rtbow.parts import Parts, scattering_range, scene_parts
 from rtbow.physics.air import rayleigh
 from rtbow.scene.model import Camera, Scene
-from rtbow.section_table import SectionTable, angle_axis, section_table
 from rtbow.shader_scene import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
 from rtbow.spectral_layout import LAMP_DEPTH_SAMPLES, bow_edges, shader_defines, spectral_rows
 from rtbow.steps import LEAST_RAIN_SAMPLES, lamp_steps, most_steps, step_rates
 from rtbow.strips import strips
-from rtbow.table import airy_table
+from rtbow.tables.airy import airy_table
+from rtbow.tables.layout import SectionTable, angle_axis, section_table
 from rtbow.volume import DropletVolume
 
 if TYPE_CHECKING:
     from rtbow.extinction import RainExtinction
-    from rtbow.sections import Sections
+    from rtbow.tables.sections import Sections
 
 _LOOP_BUDGET = 45_000
 """Loop iterations of one pixel in one pass; longer marches are drawn in several that add up. The

@@ -15,7 +15,7 @@ from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.scene.model import Camera, Scene
 from rtbow.shader_scene import bow_rows, common_defines, dark_edges
 from rtbow.steps import LEAST_RAIN_SAMPLES
-from rtbow.table import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
+from rtbow.tables.airy import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
 from rtbow.volume import DropletVolume
 
 LAMP_DEPTH_SAMPLES = 4

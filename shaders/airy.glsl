@@ -1,7 +1,7 @@
 #include "definitions.glsl"
 #include "math.glsl"
 
-// Ai^2(-z) averaged over the light's disc (rtbow/table.py builds the three textures and says what
+// Ai^2(-z) averaged over the light's disc (rtbow/tables/airy.py builds the three textures and says what
 // they hold). z: scaled angle into the bright side; disc: the disc's radius in the same scale.
 
 // WIDE: some disc's rows span more than the common range of z, or is beyond the table. Divisions and

@@ -1,7 +1,7 @@
 #include "definitions.glsl"
 #include "math.glsl"
 
-// Cross-sections from a table made for the scene (rtbow/section_table.py): one layer per wavelength
+// Cross-sections from a table made for the scene (rtbow/tables/layout.py): one layer per wavelength
 // and disc, rows of radius, columns of scattering angle; divided by the radius squared.
 
 #if TABLE

@@ -10,7 +10,7 @@ from rtbow.base.errors import InputError
 from rtbow.chart import Setup, lee_raster, profiles
 from rtbow.cli import rtbow
 from rtbow.physics.light.colour import xyz_to_rgb
-from rtbow.sections import water_sections
+from rtbow.tables.sections import water_sections
 
 
 def run(*args):

@@ -18,7 +18,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import rtbow.section_table
+import rtbow.tables.layout
 from rtbow.reference import render_reference
 from rtbow.scene.model import Scene
 from rtbow.spectral import SpectralPass
@@ -546,7 +546,7 @@ def test_half_floats_hold_the_faint_and_the_bright(gl_contexts, monkeypatch):
     camera = {"azimuth_deg": 180.0, "fov_deg": 60.0, "size_px": [25, 15]}
     scene = make(camera, [sun()], drops(ROUND_THE_EYE, 10.0), MIE)
     whole = raw_frame(gl_contexts, scene)
-    monkeypatch.setattr(rtbow.section_table, "_LARGEST_FLOAT32_BYTES", 0)
+    monkeypatch.setattr(rtbow.tables.layout, "_LARGEST_FLOAT32_BYTES", 0)
     half = raw_frame(gl_contexts, scene)
     assert np.any(half != whole)
     assert whole.max() > 1000.0 * whole[..., 1].min()

@@ -17,7 +17,13 @@ from rtbow.physics.light.disc import disc_nodes
 from rtbow.reference import render_reference
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene
-from rtbow.table import MAX_DISC, NEAR_S_FIXED, build_airy_table, near_z_high, shader_constants
+from rtbow.tables.airy import (
+    MAX_DISC,
+    NEAR_S_FIXED,
+    build_airy_table,
+    near_z_high,
+    shader_constants,
+)
 from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
 
 

@@ -11,7 +11,7 @@ from rtbow.physics.drop.water import relative_index
 from rtbow.physics.geometry import direction
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.scene.model import Camera
-from rtbow.table import airy_table
+from rtbow.tables.airy import airy_table
 
 CAMERA = Camera(altitude_deg=20.0, fov_deg=84.0, size_px=(320, 180))
 AXIS = direction(0.0, -20.0)

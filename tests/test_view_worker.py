@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 from rtbow.base.cache import FOLDER_VARIABLE, keep_arrays, kept_arrays
-from rtbow.mie_build import kept_table, parts
-from rtbow.mie_table import node_range, standard_axes
 from rtbow.scene.text.file import load_scene
+from rtbow.tables.mie.build import kept_table, parts
+from rtbow.tables.mie.lookup import node_range, standard_axes
 from rtbow.view.messages import (
     DrawFrame,
     Failed,

@@ -34,7 +34,7 @@ from rtbow.physics.drop.airy import airy_squared, bow
 from rtbow.physics.drop.water import iapws_index
 from rtbow.physics.light.colour import luminance
 from rtbow.scene.model import Scene
-from rtbow.table_tools import describe_table
+from rtbow.tables.report import describe_table
 from rtbow.volume import DropletVolume, save_volume
 
 SIZE = [96, 54]

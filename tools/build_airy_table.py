@@ -5,7 +5,7 @@ python tools/build_airy_table.py
 
 from __future__ import annotations
 
-from rtbow.table_tools import describe_build
+from rtbow.tables.report import describe_build
 
 if __name__ == "__main__":
     print(describe_build())

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 import rtbow
 from rtbow.base.arrays import Array
-from rtbow.sections import water_sections
+from rtbow.tables.sections import water_sections
 from rtbow.world.rain.sizes import distribution, quantiles
 
 RADIUS = {"distribution": "lognormal", "median_um": 100.0, "log_std": 0.3}

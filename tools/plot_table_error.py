@@ -14,8 +14,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from rtbow.table import airy_table
-from rtbow.table_tools import lookup_errors
+from rtbow.tables.airy import airy_table
+from rtbow.tables.report import lookup_errors
 
 POINTS = 30_000
 DISCS_DEG = (0.0, 0.533)

@@ -15,7 +15,7 @@ from rtbow.scene.radius import (
     NormalRadius,
     UniformRadius,
 )
-from rtbow.sections import water_sections
+from rtbow.tables.sections import water_sections
 from rtbow.world.rain.sizes import distribution, quantiles
 
 DROPS = Density(number_per_m3=1000.0)

@@ -13,8 +13,13 @@ from rtbow.display import auto_exposure_ev, display, gamut_map, max_luminance, s
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.optics import scene_optics
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
-from rtbow.section_table import _HALF_MAX, RadiusAxis, angle_axis, row_sections
-from rtbow.sections import water_sections
+from rtbow.tables.layout import (
+    _HALF_MAX,
+    RadiusAxis,
+    angle_axis,
+    row_sections,
+)
+from rtbow.tables.sections import water_sections
 
 _RADII_UM = (10.0, 100.0, 300.0, 700.0, 1500.0)
 

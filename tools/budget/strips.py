@@ -12,8 +12,8 @@ from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.physics.geometry import box_span
 from rtbow.reference import radiance_along
 from rtbow.scene.model import Scene
-from rtbow.section_table import radius_axis, row_sections
-from rtbow.sections import Sections, water_sections
+from rtbow.tables.layout import radius_axis, row_sections
+from rtbow.tables.sections import Sections, water_sections
 from rtbow.volume import build_volume
 
 _DEPTH_M = 100.0

@@ -12,15 +12,20 @@ from rtbow.base.errors import UnavailableError
 from rtbow.base.limits import TABLE_RADII_UM
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
-from rtbow.mie_average import mean_intensities
-from rtbow.mie_axes import DEFAULT_SPREAD
-from rtbow.mie_build import kept_table
-from rtbow.mie_store import COMPACT_FILE, compact_table
-from rtbow.mie_table import MieSections, MieTable, resample, standard_axes
 from rtbow.optics import scene_optics
 from rtbow.physics.drop.water import relative_index
-from rtbow.table import airy_table
-from rtbow.table_tools import RADII_UM, lookup_errors
+from rtbow.tables.airy import airy_table
+from rtbow.tables.mie.average import mean_intensities
+from rtbow.tables.mie.axes import DEFAULT_SPREAD
+from rtbow.tables.mie.build import kept_table
+from rtbow.tables.mie.lookup import (
+    MieSections,
+    MieTable,
+    resample,
+    standard_axes,
+)
+from rtbow.tables.mie.store import COMPACT_FILE, compact_table
+from rtbow.tables.report import RADII_UM, lookup_errors
 
 _AIRY_POINTS = 1500
 _MIE_DRAWS = 30

@@ -8,16 +8,16 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.cache import cached_arrays, source_digest
-from rtbow.mie_average import node_intensities
-from rtbow.mie_axes import MieAxes
-from rtbow.mie_table import disc_grid, resample, standard_axes
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes
+from rtbow.tables.mie.average import node_intensities
+from rtbow.tables.mie.axes import MieAxes
+from rtbow.tables.mie.lookup import disc_grid, resample, standard_axes
 
 
 @dataclass(frozen=True)
 class DirectMieSections:
-    """Cross-sections of drops of one radius (see :class:`rtbow.sections.Sections`).
+    """Cross-sections of drops of one radius (see :class:`rtbow.tables.sections.Sections`).
 
     The same mean over a narrow spread of sizes as in the table, but at this very radius and these
     very indices; only along the angle is there interpolation, of nodes denser than the table's.
@@ -58,7 +58,7 @@ class DirectMieSections:
             ]
             return {"values": np.stack(each)}
 
-        code = source_digest("physics.drop", "mie_axes", "mie_average")
+        code = source_digest("physics.drop", "tables.mie")
         key = f"{code} {axes} {radius_m!r} {nm.tobytes()!r} {index.tobytes()!r}"
         values = floats(cached_arrays("mie-direct", key, build)["values"])
         return cls(axes, radius_m, index, values)

@@ -10,19 +10,30 @@ import time
 import numpy as np
 import pytest
 
-import rtbow.mie_build as mie_build
+import rtbow.tables.mie.build as mie_build
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.base.jobs import on_cluster
-from rtbow.mie_average import coherent, mean_efficiency, mean_intensities, node_intensities
-from rtbow.mie_axes import INDEX_RANGE, MieAxes
-from rtbow.mie_build import build_mie_table
-from rtbow.mie_store import COMPACT_FILE, compact_table, pack, range_candidates, unpack
-from rtbow.mie_table import MieSections, standard_axes
 from rtbow.physics.drop.mie import intensities
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.sizes import Sizes
-from rtbow.sections import water_sections
+from rtbow.tables.mie.average import (
+    coherent,
+    mean_efficiency,
+    mean_intensities,
+    node_intensities,
+)
+from rtbow.tables.mie.axes import INDEX_RANGE, MieAxes
+from rtbow.tables.mie.build import build_mie_table
+from rtbow.tables.mie.lookup import MieSections, standard_axes
+from rtbow.tables.mie.store import (
+    COMPACT_FILE,
+    compact_table,
+    pack,
+    range_candidates,
+    unpack,
+)
+from rtbow.tables.sections import water_sections
 
 STANDARD = standard_axes(0.02)
 SMALL = MieAxes(0.1, 1.0, 2, INDEX_RANGE, 2.0, 2.0, 2.0, 8.0)
@@ -333,7 +344,7 @@ def test_a_killed_process_costs_its_part_only(cache, expected):
 
 def test_processes_end_with_a_killed_parent(cache):
     code = (
-        "from rtbow.mie_build import build_mie_table; from rtbow.mie_axes import MieAxes\n"
+        "from rtbow.tables.mie.build import build_mie_table; from rtbow.tables.mie.axes import MieAxes\n"
         "if __name__ == '__main__':\n"
         "    axes = MieAxes(0.02, 1.0, 5, (1.33, 1.34), 30.0, 30.0, 30.0, 1.0)\n"
         "    build_mie_table(axes, (200.0, 1500.0))\n"
@@ -394,7 +405,7 @@ def test_no_scheduler():
 
 
 def test_scenes_find_the_tables_that_were_built(cache, monkeypatch):
-    import rtbow.mie_store as mie_store
+    import rtbow.tables.mie.store as mie_store
 
     monkeypatch.setattr(mie_store, "standard_axes", lambda *_: SMALL)
     monkeypatch.setattr(mie_store, "_held", {})

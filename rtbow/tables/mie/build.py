@@ -22,9 +22,9 @@ from rtbow.base.cache import (
     source_digest,
 )
 from rtbow.base.jobs import in_processes, on_cluster
-from rtbow.mie_average import coherent, mean_efficiency, node_intensities
-from rtbow.mie_axes import MieAxes
-from rtbow.mie_table import MieTable, node_range
+from rtbow.tables.mie.average import coherent, mean_efficiency, node_intensities
+from rtbow.tables.mie.axes import MieAxes
+from rtbow.tables.mie.lookup import MieTable, node_range
 
 _BLOCK_LOG = 0.48
 """Extent of a part in ln x: its sizes share angles and samples, which follow its first one. A mean
@@ -62,7 +62,7 @@ class Part:
 @lru_cache(maxsize=1)
 def _digest() -> str:
     """Hash of the code as this process has it; read once, whatever happens to the files."""
-    return source_digest("physics.drop", "mie_axes", "mie_average")
+    return source_digest("physics.drop", "tables.mie")
 
 
 def compute_part(part: Part) -> dict[str, Array]:

@@ -6,8 +6,8 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.compiled import compiled
-from rtbow.mie_axes import MieAxes
 from rtbow.physics.drop.mie import efficiency, intensities
+from rtbow.tables.mie.axes import MieAxes
 
 _REACH = 3.5
 """Standard deviations of ln x on either side that a mean covers: all but 5e-4 of it."""

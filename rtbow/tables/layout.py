@@ -14,7 +14,7 @@ from rtbow.base.errors import InputError
 from rtbow.physics.sizes import Sizes
 
 if TYPE_CHECKING:
-    from rtbow.sections import Sections
+    from rtbow.tables.sections import Sections
 
 _LARGEST_BYTES = 1024 * 2**20
 _LARGEST_FLOAT32_BYTES = 128 * 2**20

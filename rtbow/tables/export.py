@@ -21,9 +21,9 @@ from rtbow.base.limits import (
     MIN_RADIUS_UM,
     SIZE_SPREADS,
 )
-from rtbow.mie_axes import DEFAULT_SPREAD
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.sections import Theory, water_sections
+from rtbow.tables.mie.axes import DEFAULT_SPREAD
+from rtbow.tables.sections import Theory, water_sections
 
 ORDERS = (1, 2)
 TEMPERATURE_C = 20.0

@@ -322,7 +322,7 @@ def build_airy_table() -> AiryTable:
 def airy_table() -> AiryTable:
     """Give the table, from the cache where it lies there already."""
     # By content: whatever these modules compute differently makes another table.
-    key = f"airy {source_digest('physics.drop', 'physics.light.disc', 'table')}"
+    key = f"airy {source_digest('physics.drop', 'physics.light.disc', 'tables.airy')}"
 
     def build() -> dict[str, NDArray[np.float32]]:
         table = build_airy_table()

@@ -1,6 +1,6 @@
 """The Lorenz-Mie table: mean intensities over size, index and angle, and its look-up.
 
-Nodes are log-normal means over a narrow spread of sizes (:mod:`rtbow.mie_average`), which leaves
+Nodes are log-normal means over a narrow spread of sizes (:mod:`rtbow.tables.mie.average`), which leaves
 nothing along ln x that cubic splines with one node per spread do not follow; the light's disc is
 averaged on the sphere when a scene's own angles are looked up.
 """
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from rtbow.base.arrays import Array, floats
 from rtbow.base.compiled import compiled, prange
 from rtbow.base.errors import InputError
-from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.sizes import Sizes, tabled_sizes
+from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 
 _MARGIN = 6
 """Nodes beyond the range on each side: what a spline's end does falls by 0.27 per node."""

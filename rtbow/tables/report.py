@@ -12,9 +12,6 @@ from rtbow.base.arrays import Array, Progress, no_progress
 from rtbow.base.cache import FOLDER_VARIABLE, cache_dir
 from rtbow.base.errors import InputError
 from rtbow.base.limits import MAX_RADIUS_UM, SIZE_SPREADS, TABLE_RADII_UM
-from rtbow.mie_build import build_mie_table, kept_table
-from rtbow.mie_store import range_candidates
-from rtbow.mie_table import standard_axes
 from rtbow.physics.constants import SUN_DIAMETER_DEG
 from rtbow.physics.drop.airy import (
     RADIUS_POWER,
@@ -25,7 +22,15 @@ from rtbow.physics.drop.airy import (
 )
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.disc import disc_mean
-from rtbow.table import AiryTable, airy_table, build_airy_table, near_z_high
+from rtbow.tables.airy import (
+    AiryTable,
+    airy_table,
+    build_airy_table,
+    near_z_high,
+)
+from rtbow.tables.mie.build import build_mie_table, kept_table
+from rtbow.tables.mie.lookup import standard_axes
+from rtbow.tables.mie.store import range_candidates
 
 RADII_UM = (10.0, 1500.0)
 

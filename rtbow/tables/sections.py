@@ -18,9 +18,6 @@ from rtbow.base.arrays import (
     no_progress,
 )
 from rtbow.base.compiled import compiled, prange
-from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
-from rtbow.mie_store import compact_table, mie_table
-from rtbow.mie_table import MieSections, disc_grid, resample, standard_axes
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, bows
 from rtbow.physics.drop.airy_compiled import (
     airy_grid,
@@ -30,7 +27,15 @@ from rtbow.physics.drop.airy_compiled import (
 )
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes
-from rtbow.table import AiryTable, airy_table
+from rtbow.tables.airy import AiryTable, airy_table
+from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
+from rtbow.tables.mie.lookup import (
+    MieSections,
+    disc_grid,
+    resample,
+    standard_axes,
+)
+from rtbow.tables.mie.store import compact_table, mie_table
 
 Theory = Literal["airy", "mie"]
 

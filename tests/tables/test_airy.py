@@ -8,12 +8,12 @@ import pytest
 from scipy.special import airy
 
 from glsl_probe import probe, upload
-from rtbow import table
 from rtbow.base.errors import InputError
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, bow
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.disc import disc_nodes
-from rtbow.table import (
+from rtbow.tables import airy as table
+from rtbow.tables.airy import (
     MAX_DISC,
     NEAR_S_FIXED,
     NEAR_Z_HIGH,
@@ -23,7 +23,7 @@ from rtbow.table import (
     near_z_high,
     shader_constants,
 )
-from rtbow.table_export import PlainTable, export_table, plain_table
+from rtbow.tables.export import PlainTable, export_table, plain_table
 
 NO_DISC_DISTANCE = 1e9
 

@@ -16,9 +16,9 @@ from rtbow.base.errors import RtbowError
 from rtbow.base.files import write_atomic
 from rtbow.base.limits import TABLE_RADII_UM
 from rtbow.base.resources import resource_dir
-from rtbow.mie_axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
-from rtbow.mie_build import build_mie_table, kept_table
-from rtbow.mie_table import MieTable, standard_axes
+from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
+from rtbow.tables.mie.build import build_mie_table, kept_table
+from rtbow.tables.mie.lookup import MieTable, standard_axes
 
 COMPACT_FILE = resource_dir("data") / "mie-compact.bin"
 _PER_OCTAVE = 256.0
@@ -86,7 +86,7 @@ def compact_table() -> MieTable:
         }
 
     kept = cached_arrays(
-        "mie-compact", f"{file_digest(COMPACT_FILE)} {source_digest('mie_store')}", build
+        "mie-compact", f"{file_digest(COMPACT_FILE)} {source_digest('tables.mie')}", build
     )
     axes = standard_axes(DEFAULT_SPREAD)
     return MieTable(axes, int(kept["first"]), kept["values"], kept["efficiency"])

@@ -1,0 +1,1 @@
+"""Cross-sections of drops as tables, kept in the cache; host only."""

@@ -1,0 +1,1 @@
+"""The table of exact theory: its axes, how it is built, kept and looked up."""
