@@ -26,7 +26,7 @@ from rtbow.bench import (
 from rtbow.bench_memory import free_mib
 from rtbow.scene.lights import PointLight
 from rtbow.scene.model import Scene
-from rtbow.volume import scene_volume
+from rtbow.world.rain.volume import scene_volume
 
 DEFAULT_SCENE = "shower"
 DEFAULT_LIMIT_S = 60.0

@@ -121,7 +121,7 @@ class Setup:
     def sections(
         self, theory: Theory, nm: Array, radii_um: tuple[float, float], progress: Progress
     ) -> Sections:
-        """Give the cross-sections by one theory (see :func:`rtbow.tables.sections.water_sections`)."""
+        """Give the cross-sections by one theory (:func:`rtbow.tables.sections.water_sections`)."""
         spread = round(self.spread_percent * 0.01, 9)  # 2 % is 0.02 to the last digit
         return water_sections(
             theory, nm, self.temperature_c, radii_um, spread=spread, progress=progress

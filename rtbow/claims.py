@@ -13,15 +13,15 @@ import numpy as np
 
 from rtbow import measures
 from rtbow.base.arrays import Array, floats
-from rtbow.camera import pixel_directions
-from rtbow.lights import lamps, suns
 from rtbow.measures import MeasureError, Profile, Ridge
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 from rtbow.reference import radiance_along
 from rtbow.scene.model import Scene
-from rtbow.volume import scene_volume
+from rtbow.world.camera import pixel_directions
+from rtbow.world.lights import lamps, suns
+from rtbow.world.rain.volume import scene_volume
 
 ARC = 0.7
 """Half width, in focal lengths, of the arc on which the shape of a lamp's bow is judged."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from rtbow.base.arrays import Float32, Progress, no_progress
-from rtbow.camera import picture_cone
 from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene, fast_scene
 from rtbow.fast_settings import settings_for
@@ -13,8 +12,9 @@ from rtbow.fast_sun import FastSun
 from rtbow.fast_volume import kind_of
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, check_sizes, texture_bytes
-from rtbow.parts import CONE_MARGIN, scene_parts
 from rtbow.scene.model import Scene
+from rtbow.world.camera import picture_cone
+from rtbow.world.world import CONE_MARGIN, scene_parts
 
 
 class FastPass:

@@ -48,10 +48,10 @@ from rtbow.gl.program import (
     added_up,
     row_texture,
 )
-from rtbow.lights import NEAREST_M, Lamp
 from rtbow.physics.air.rayleigh import NO_AIR, Column
-from rtbow.steps import lamp_steps, most_steps
 from rtbow.tables.layout import running_integral
+from rtbow.world.lights import NEAREST_M, Lamp
+from rtbow.world.steps import lamp_steps, most_steps
 
 _FEW_STEPS = 1
 """Steps at every pixel, whose error nodes make good."""

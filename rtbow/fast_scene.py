@@ -26,13 +26,14 @@ from rtbow.fast_volume import (
 from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import GlProgram, volume_texture
-from rtbow.lights import Lamp, Sun
-from rtbow.parts import Parts, moved_parts
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.scene.model import Camera, Scene
 from rtbow.shader_scene import MOST_LOOPS, common_defines, common_uniforms, set_uniforms
-from rtbow.steps import (
+from rtbow.tables.layout import radius_axis
+from rtbow.world.lights import Lamp, Sun
+from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.steps import (
     LEAST_RAIN_SAMPLES,
     StepRates,
     grid_cells,
@@ -40,8 +41,7 @@ from rtbow.steps import (
     most_steps,
     rates_on_grid,
 )
-from rtbow.tables.layout import radius_axis
-from rtbow.volume import DropletVolume
+from rtbow.world.world import Parts, moved_parts
 
 _WIDEST_BLOCK_DEG = 1.1
 """Angle between nodes, at most: what they gather bends over several degrees."""
@@ -198,7 +198,7 @@ def bind_rain(programs: Sequence[GlProgram], light: Sun | Lamp, here: FastScene)
     """Upload the rain's depths towards a light, where the rain attenuates."""
     rain, volume = here.parts.rain, here.parts.volume
     if rain is not None and not volume.uniform:
-        from rtbow.extinction import mean_extinction_towards
+        from rtbow.world.rain.extinction import mean_extinction_towards
 
         towards = mean_extinction_towards(light, volume, rain.field)
         depths = volume_texture(here.gl, towards[..., None])

@@ -35,10 +35,10 @@ from rtbow.gl.program import (
     added_up,
     row_texture,
 )
-from rtbow.lights import Sun
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR
-from rtbow.steps import most_steps
+from rtbow.world.lights import Sun
+from rtbow.world.steps import most_steps
 
 _MOST_DIRECT = 64
 """Midpoint samples of the air along a ray through an even volume, at most."""

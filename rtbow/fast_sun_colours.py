@@ -22,9 +22,9 @@ from rtbow.fast_bake import bake_light, most_texels
 from rtbow.fast_scene import FastScene
 from rtbow.fast_volume import DARK_COLUMN
 from rtbow.gl.program import row_texture
-from rtbow.lights import Sun
-from rtbow.parts import cone_range
 from rtbow.physics.air.rayleigh import Column
+from rtbow.world.lights import Sun
+from rtbow.world.world import cone_range
 
 _ROAMING_DEGREE = 2
 """Of the polynomial in the column, at least, for suns that move: so that none is of another."""

@@ -8,13 +8,13 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.fast_settings import ROUGH, Kind
-from rtbow.lights import Lamp, Sun
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
-from rtbow.steps import roughness
-from rtbow.volume import DropletVolume
+from rtbow.world.lights import Lamp, Sun
+from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.steps import roughness
 
 DARK_COLUMN = 75.0
 """Column behind which hardly any light is left: twice the way to a sun at the horizon."""

@@ -13,9 +13,9 @@ from rtbow import measures
 from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
 from rtbow.claims import Frame, Verdict, sun_profile
-from rtbow.lights import lamps, suns
 from rtbow.measures import Profile
 from rtbow.scene.text.file import builtin_scenes, scene_title
+from rtbow.world.lights import lamps, suns
 from rtbow.world.spectra import load_spectrum
 
 SPECTRA = (("equal-energy", "equal energy"), ("E490", "sun, ASTM E-490"), ("FL1", "lamp, CIE FL1"))

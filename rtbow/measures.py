@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import RtbowError
-from rtbow.camera import camera_basis, pixel_directions
 from rtbow.physics.geometry import angle_between
 from rtbow.physics.light.colour import D65_XYZ, rgb_to_xyz, xyz_to_rgb
 from rtbow.scene.model import Camera
+from rtbow.world.camera import camera_basis, pixel_directions
 
 Channel = Literal["red", "green", "blue", "luminance"]
 

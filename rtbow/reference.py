@@ -24,10 +24,6 @@ from rtbow.base.arrays import (
     floats,
     no_progress,
 )
-from rtbow.camera import perpendicular_share, pixel_directions
-from rtbow.extinction import RainExtinction, paths_to, rain_extinction, with_second
-from rtbow.lights import NEAREST_M, Lamp, Sun
-from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.physics.air.rayleigh import segment_column, sun_column
 from rtbow.physics.constants import EARTH_RADIUS_M
 from rtbow.physics.drop.airy import SCALE_POWER
@@ -49,7 +45,16 @@ from rtbow.tables.layout import (
 )
 from rtbow.tables.mie.direct import DirectMieSections
 from rtbow.tables.sections import Sections
-from rtbow.volume import DropletVolume, scene_volume
+from rtbow.world.camera import perpendicular_share, pixel_directions
+from rtbow.world.lights import NEAREST_M, Lamp, Sun
+from rtbow.world.optics import Optics, scene_optics, table_sections
+from rtbow.world.rain.extinction import (
+    RainExtinction,
+    paths_to,
+    rain_extinction,
+    with_second,
+)
+from rtbow.world.rain.volume import DropletVolume, scene_volume
 
 _MOST_NODES = 96
 """Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""

@@ -8,7 +8,7 @@ from rtbow.base.arrays import Array, Indices
 from rtbow.base.compiled import compiled, prange
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER
 from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
-from rtbow.volume_kernel import interpolate
+from rtbow.world.rain.volume_compiled import interpolate
 
 LEAST_NODES = 3
 """Nodes for a piece of a ray whose drops are of one size."""

@@ -14,7 +14,7 @@ from rtbow.physics.drop.airy_compiled import (
     running_grid,
 )
 from rtbow.reference_kernel import LEAST_NODES, cut_by_depth, cut_ray, node_count
-from rtbow.volume_kernel import interpolate
+from rtbow.world.rain.volume_compiled import interpolate
 
 _DISTANCE_RATIO = 1.07
 """Largest ratio of the distances from a lamp with a diameter to the ends of a piece."""

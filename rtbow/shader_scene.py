@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import NO_PLANE
-from rtbow.camera import camera_basis, polarizer_pass
 from rtbow.gl.glsl import Define, glsl_literal
 from rtbow.gl.program import GlProgram
-from rtbow.parts import Parts
 from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.scene.model import Scene
-from rtbow.steps import StepRates
 from rtbow.tables.airy import NEAR_Z_LOW
+from rtbow.world.camera import camera_basis, polarizer_pass
+from rtbow.world.steps import StepRates
+from rtbow.world.world import Parts
 
 MAX_STEPS = 1 << 20
 MOST_LOOPS = 65_000

@@ -18,22 +18,27 @@ from rtbow.gl.program import (
     check_sizes,
     texture_bytes,
 )
-from rtbow.lights import Lamp, Sun
-from rtbow.optics import Optics
-from rtbow.parts import Parts, scattering_range, scene_parts
 from rtbow.physics.air import rayleigh
 from rtbow.scene.model import Camera, Scene
 from rtbow.shader_scene import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
 from rtbow.spectral_layout import LAMP_DEPTH_SAMPLES, bow_edges, shader_defines, spectral_rows
-from rtbow.steps import LEAST_RAIN_SAMPLES, lamp_steps, most_steps, step_rates
 from rtbow.strips import strips
 from rtbow.tables.airy import airy_table
 from rtbow.tables.layout import SectionTable, angle_axis, section_table
-from rtbow.volume import DropletVolume
+from rtbow.world.lights import Lamp, Sun
+from rtbow.world.optics import Optics
+from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.steps import (
+    LEAST_RAIN_SAMPLES,
+    lamp_steps,
+    most_steps,
+    step_rates,
+)
+from rtbow.world.world import Parts, scattering_range, scene_parts
 
 if TYPE_CHECKING:
-    from rtbow.extinction import RainExtinction
     from rtbow.tables.sections import Sections
+    from rtbow.world.rain.extinction import RainExtinction
 
 _LOOP_BUDGET = 45_000
 """Loop iterations of one pixel in one pass; longer marches are drawn in several that add up. The
@@ -169,7 +174,7 @@ class SpectralPass:
         self._program.set(f"{name}Radii", (first, radii.per_fold, table.scale))
 
     def _upload_depths(self, parts: Parts, rain: RainExtinction) -> None:
-        from rtbow.extinction import mean_extinction_towards
+        from rtbow.world.rain.extinction import mean_extinction_towards
 
         lights: tuple[Sun | Lamp, ...] = (*parts.optics.suns, *parts.optics.lamps)
         blocks = [mean_extinction_towards(light, parts.volume, rain.field) for light in lights]

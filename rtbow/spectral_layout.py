@@ -6,17 +6,17 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import MIN_RADIUS_UM
-from rtbow.camera import picture_cone
 from rtbow.gl.glsl import Define, glsl_literal
-from rtbow.lights import NEAREST_M
-from rtbow.optics import Optics
-from rtbow.parts import Parts
 from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.scene.model import Camera, Scene
 from rtbow.shader_scene import bow_rows, common_defines, dark_edges
-from rtbow.steps import LEAST_RAIN_SAMPLES
 from rtbow.tables.airy import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
-from rtbow.volume import DropletVolume
+from rtbow.world.camera import picture_cone
+from rtbow.world.lights import NEAREST_M
+from rtbow.world.optics import Optics
+from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.steps import LEAST_RAIN_SAMPLES
+from rtbow.world.world import Parts
 
 LAMP_DEPTH_SAMPLES = 4
 """Samples of the rain's extinction within a step at a lamp, which may be long in distance."""

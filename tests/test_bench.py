@@ -36,14 +36,14 @@ from rtbow.bench_report import (
     write_json,
 )
 from rtbow.bench_scaling import AXES, lights_like, run_scaling, write_smooth_volume
-from rtbow.camera import pixel_directions
 from rtbow.cli import rtbow as command_line
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.reference import radiance_along, render_reference
 from rtbow.renderer import METHODS, Renderer
 from rtbow.scene.text.file import load_scene
-from rtbow.volume import load_volume
+from rtbow.world.camera import pixel_directions
+from rtbow.world.rain.volume import load_volume
 
 SMALL = (32, 18)
 QUICK = Plan(size_px=SMALL, methods=("spectral",), frames=3, error_pixels=80)

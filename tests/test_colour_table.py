@@ -35,11 +35,11 @@ from rtbow.fast_volume import (
     radius_spread,
     sun_columns,
 )
-from rtbow.lights import Sun
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR, Column, rayleigh_depth
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
-from rtbow.volume import DropletVolume
+from rtbow.world.lights import Sun
+from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.spectra import load_spectrum
 
 # --- Chords -----------------------------------------------------------------------------------

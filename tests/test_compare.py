@@ -10,7 +10,7 @@ import rtbow
 from rtbow.base.errors import InputError
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene, parse_set, scene_from_text
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 from scene_samples import BASE, problems
 
 SMALL = BASE.replace("[64, 36]", "[20, 9]") + "[render]\nwavelength_step_nm = 20.0\n"

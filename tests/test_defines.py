@@ -5,8 +5,8 @@ from itertools import combinations, product
 from lamp_samples import make
 from rtbow.gl.context import open_context
 from rtbow.gl.glsl import compile_program
-from rtbow.parts import scene_parts
 from rtbow.spectral_layout import shader_defines
+from rtbow.world.world import scene_parts
 
 SWITCHES = (
     "GRID", "ONE_RADIUS", "AIR", "DISC", "POLE", "WIDE", "EXTINCTION", "POLARIZER", "TABLE"

@@ -25,13 +25,13 @@ import rtbow.fast_sun_colours
 from rtbow.base.arrays import Array
 from rtbow.base.errors import UnsuitedError
 from rtbow.bench_error import PixelSample, colour_error, sample_pixels
-from rtbow.camera import pixel_directions
 from rtbow.colour_difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference import radiance_along
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.camera import pixel_directions
+from rtbow.world.rain.volume import DropletVolume, save_volume
 
 Keys = Mapping[str, Any]
 

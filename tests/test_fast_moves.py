@@ -11,17 +11,17 @@ import pytest
 
 import rtbow.fast_bake
 import rtbow.fast_scene
-import rtbow.steps
+import rtbow.world.steps
 from rtbow.base.errors import UnsuitedError
 from rtbow.colour_table import LightBasis
 from rtbow.fast import FastPass
 from rtbow.fast_lamp import FastLamp
 from rtbow.fast_scene import FastScene
 from rtbow.gl.context import GlContext, open_context
-from rtbow.optics import scene_optics
-from rtbow.parts import moved_parts, scene_parts
 from rtbow.scene.model import Compare, Scene
 from rtbow.spectral import SpectralPass
+from rtbow.world.optics import scene_optics
+from rtbow.world.world import moved_parts, scene_parts
 
 SUN = {"type": "sun", "altitude_deg": 20.0, "azimuth_deg": 180.0, "spectrum": "FL2"}
 LAMP = {"type": "point", "position_m": [0.0, -2.0, 4.0], "luminous_flux_lm": 1e6}
@@ -89,8 +89,8 @@ def test_moves_do_not_run_over_the_volume(context, monkeypatch):
         fast = FastPass(context, scene)
         assert fast.move(looking(scene, 5.0))
         for module, name in (
-            (rtbow.steps, "roughness"),
-            (rtbow.steps, "_unevenness"),
+            (rtbow.world.steps, "roughness"),
+            (rtbow.world.steps, "_unevenness"),
             (rtbow.fast_scene, "filled_box"),
             (rtbow.fast_scene, "radius_rows"),
             (rtbow.fast_scene, "volume_texture"),

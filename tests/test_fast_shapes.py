@@ -17,7 +17,7 @@ from rtbow.gl.glsl import Define, compile_program
 from rtbow.gl.program import GlProgram
 from rtbow.scene.model import Scene
 from rtbow.spectral import SpectralPass
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 
 BOX = [[-50.0, 10.0, 0.0], [50.0, 90.0, 60.0]]
 SUN = {"type": "sun", "altitude_deg": 20.0}

@@ -12,7 +12,7 @@ import rtbow
 from rtbow.physics.drop.water import relative_index
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 from textbook import LUMINANCE, cross_section, mean_on_sphere, towards
 
 EYE = (0.0, 0.0, 1.6)

@@ -22,7 +22,7 @@ import rtbow.tables.layout
 from rtbow.reference import render_reference
 from rtbow.scene.model import Scene
 from rtbow.spectral import SpectralPass
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 from textbook import LUMINANCE
 
 EYE = (0.0, 0.0, 1.6)

@@ -10,7 +10,6 @@ from scipy.special import airy
 import rtbow
 from glsl_probe import probe, upload
 from lamp_samples import BOX, EYE, FLUX_LM, INSIDE, NM, NUMBER, STEP_NM, lamp, make
-from rtbow.lights import lamps
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.colour import colour_matching
 from rtbow.physics.light.disc import disc_nodes
@@ -24,6 +23,7 @@ from rtbow.tables.airy import (
     near_z_high,
     shader_constants,
 )
+from rtbow.world.lights import lamps
 from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
 
 

@@ -15,7 +15,7 @@ from rtbow.physics.light.colour import colour_matching
 from rtbow.reference import radiance_along, render_reference, spectral_radiance_along
 from rtbow.reference_kernel import sample_rays
 from rtbow.scene.model import Scene
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 from textbook import (
     LUMINANCE,
     RGB_TO_XYZ,

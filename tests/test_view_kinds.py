@@ -84,7 +84,7 @@ def test_drops_come_from_a_file_and_go_back(egl):
 
 def test_no_volume_is_read_for_a_click(egl, monkeypatch):
     """A volume may hold many millions of drops; its box is all that is needed."""
-    monkeypatch.setattr("rtbow.volume.load_volume", lambda path: 1 / 0)
+    monkeypatch.setattr("rtbow.world.rain.volume.load_volume", lambda path: 1 / 0)
     with staged(egl, "shower") as stage:
         stage.click("droplets.source")
         stage.click("droplets.source=a description")

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from rtbow.camera import pixel_directions
 from rtbow.scene.model import Camera
 from rtbow.scene.text.file import load_scene
 from rtbow.view.projection import View, azimuth_altitude_deg, part_at, part_views
+from rtbow.world.camera import pixel_directions
 from textbook import pinhole
 from textbook import towards as unit
 

@@ -35,7 +35,7 @@ from rtbow.physics.drop.water import iapws_index
 from rtbow.physics.light.colour import luminance
 from rtbow.scene.model import Scene
 from rtbow.tables.report import describe_table
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 
 SIZE = [96, 54]
 BACKENDS = ("egl", "osmesa")

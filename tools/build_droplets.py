@@ -11,7 +11,7 @@ from pathlib import Path
 from rtbow.base.errors import RtbowError
 from rtbow.base.files import check_writable
 from rtbow.scene.text.file import load_scene, parse_set
-from rtbow.volume import build_volume, save_volume
+from rtbow.world.rain.volume import build_volume, save_volume
 
 
 def main(arguments: list[str]) -> None:

@@ -68,7 +68,7 @@ def main() -> None:
     given = parser.parse_args()
     size = [int(side) for side in given.size.split("x")]
     from rtbow.fast_volume import kind_of
-    from rtbow.volume import build_volume
+    from rtbow.world.rain.volume import build_volume
 
     for name in given.scenes:
         scene = load_scene(name, {"camera.size_px": size})

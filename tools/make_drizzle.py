@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 
 BOX_M = np.array([[-40.0, 6.0, 0.0], [40.0, 70.0, 30.0]])
 GRID = (64, 64, 64)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from rtbow.base.arrays import Array, floats
-from rtbow.volume import DropletVolume, save_volume
+from rtbow.world.rain.volume import DropletVolume, save_volume
 
 BOX_M = np.array([[-2000.0, 300.0, 0.0], [2000.0, 1500.0, 1250.0]])
 GRID = (112, 64, 64)

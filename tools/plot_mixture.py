@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 import rtbow
 from rtbow.base.arrays import Array
 from rtbow.tables.sections import water_sections
-from rtbow.world.rain.sizes import distribution, quantiles
+from rtbow.world.rain.drops import distribution, quantiles
 
 RADIUS = {"distribution": "lognormal", "median_um": 100.0, "log_std": 0.3}
 GRIDS = (2, 3, 4, 6, 8, 12, 16, 24, 32)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.camera import camera_basis
 from rtbow.physics.geometry import direction
 from rtbow.scene.lights import SunLight
 from rtbow.scene.model import Camera, Scene
 from rtbow.scene.table import Coordinate
 from rtbow.scene.text.schema import Node
 from rtbow.view.projection import View, azimuth_altitude_deg
+from rtbow.world.camera import camera_basis
 
 ZOOM_PER_CLICK = 1.1
 """How much larger a click of the wheel makes what is in the middle of the picture."""

@@ -16,7 +16,7 @@ from rtbow.scene.radius import (
     UniformRadius,
 )
 from rtbow.tables.sections import water_sections
-from rtbow.world.rain.sizes import distribution, quantiles
+from rtbow.world.rain.drops import distribution, quantiles
 
 DROPS = Density(number_per_m3=1000.0)
 

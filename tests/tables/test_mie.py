@@ -344,7 +344,8 @@ def test_a_killed_process_costs_its_part_only(cache, expected):
 
 def test_processes_end_with_a_killed_parent(cache):
     code = (
-        "from rtbow.tables.mie.build import build_mie_table; from rtbow.tables.mie.axes import MieAxes\n"
+        "from rtbow.tables.mie.build import build_mie_table\n"
+        "from rtbow.tables.mie.axes import MieAxes\n"
         "if __name__ == '__main__':\n"
         "    axes = MieAxes(0.02, 1.0, 5, (1.33, 1.34), 30.0, 30.0, 30.0, 1.0)\n"
         "    build_mie_table(axes, (200.0, 1500.0))\n"

@@ -8,8 +8,8 @@ from budget.strips import strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array, Values, floats
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
-from rtbow.optics import scene_optics
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
+from rtbow.world.optics import scene_optics
 
 ALTITUDES_DEG = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0)
 

@@ -8,10 +8,10 @@ import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
-from rtbow.optics import scene_optics
 from rtbow.scene.model import Scene
-from rtbow.steps import most_steps, step_rates
-from rtbow.volume import build_volume
+from rtbow.world.optics import scene_optics
+from rtbow.world.rain.volume import build_volume
+from rtbow.world.steps import most_steps, step_rates
 
 _STEP_NM = 20.0
 _SCENES: tuple[tuple[str, str, dict[str, Any]], ...] = (

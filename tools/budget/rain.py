@@ -9,16 +9,16 @@ import numpy as np
 import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.base.arrays import Array, floats
-from rtbow.camera import pixel_directions
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
-from rtbow.extinction import MIDDLE_NM, effective_efficiencies
-from rtbow.lights import suns
-from rtbow.optics import scene_optics
 from rtbow.physics.geometry import box_span
 from rtbow.renderer import Method
 from rtbow.scene.model import Scene
-from rtbow.volume import build_volume
+from rtbow.world.camera import pixel_directions
+from rtbow.world.lights import suns
+from rtbow.world.optics import scene_optics
+from rtbow.world.rain.extinction import MIDDLE_NM, effective_efficiencies
+from rtbow.world.rain.volume import build_volume
 
 _RANGES_UM = ((10.0, 50.0), (50.0, 200.0), (100.0, 1000.0), (300.0, 700.0))
 _DEPTHS = (1.0, 3.0)

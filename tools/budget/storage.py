@@ -11,7 +11,6 @@ from rtbow.base.arrays import Array, floats
 from rtbow.colour_difference import frame_difference
 from rtbow.display import auto_exposure_ev, display, gamut_map, max_luminance, srgb_encode
 from rtbow.error_budget import Measurement, Note, Row, Stage
-from rtbow.optics import scene_optics
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.tables.layout import (
     _HALF_MAX,
@@ -20,6 +19,7 @@ from rtbow.tables.layout import (
     row_sections,
 )
 from rtbow.tables.sections import water_sections
+from rtbow.world.optics import scene_optics
 
 _RADII_UM = (10.0, 100.0, 300.0, 700.0, 1500.0)
 

@@ -8,13 +8,13 @@ import numpy as np
 
 import rtbow
 from rtbow.base.arrays import Array, floats
-from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.physics.geometry import box_span
 from rtbow.reference import radiance_along
 from rtbow.scene.model import Scene
 from rtbow.tables.layout import radius_axis, row_sections
 from rtbow.tables.sections import Sections, water_sections
-from rtbow.volume import build_volume
+from rtbow.world.optics import Optics, scene_optics, table_sections
+from rtbow.world.rain.volume import build_volume
 
 _DEPTH_M = 100.0
 _ALTITUDE_DEG = 10.0

@@ -12,7 +12,6 @@ from rtbow.base.errors import UnavailableError
 from rtbow.base.limits import TABLE_RADII_UM
 from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
-from rtbow.optics import scene_optics
 from rtbow.physics.drop.water import relative_index
 from rtbow.tables.airy import airy_table
 from rtbow.tables.mie.average import mean_intensities
@@ -26,6 +25,7 @@ from rtbow.tables.mie.lookup import (
 )
 from rtbow.tables.mie.store import COMPACT_FILE, compact_table
 from rtbow.tables.report import RADII_UM, lookup_errors
+from rtbow.world.optics import scene_optics
 
 _AIRY_POINTS = 1500
 _MIE_DRAWS = 30

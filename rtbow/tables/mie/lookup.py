@@ -1,8 +1,8 @@
 """The Lorenz-Mie table: mean intensities over size, index and angle, and its look-up.
 
-Nodes are log-normal means over a narrow spread of sizes (:mod:`rtbow.tables.mie.average`), which leaves
-nothing along ln x that cubic splines with one node per spread do not follow; the light's disc is
-averaged on the sphere when a scene's own angles are looked up.
+Nodes are log-normal means over a narrow spread of sizes (:mod:`rtbow.tables.mie.average`), which
+leaves nothing along ln x that cubic splines with one node per spread do not follow; the light's
+disc is averaged on the sphere when a scene's own angles are looked up.
 """
 
 from __future__ import annotations

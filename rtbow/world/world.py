@@ -13,15 +13,15 @@ from rtbow.base.arrays import (
     Progress,
     no_progress,
 )
-from rtbow.camera import picture_cone
-from rtbow.lights import Sun, lamps, suns
-from rtbow.optics import Optics, scene_optics, table_sections
 from rtbow.scene.model import Camera, Scene
-from rtbow.volume import DropletVolume, scene_volume
+from rtbow.world.camera import picture_cone
+from rtbow.world.lights import Sun, lamps, suns
+from rtbow.world.optics import Optics, scene_optics, table_sections
+from rtbow.world.rain.volume import DropletVolume, scene_volume
 
 if TYPE_CHECKING:
-    from rtbow.extinction import RainExtinction
     from rtbow.tables.sections import Sections
+    from rtbow.world.rain.extinction import RainExtinction
 
 
 CONE_MARGIN = 2e-3
@@ -101,7 +101,7 @@ def moved_parts(parts: Parts, before: Scene, scene: Scene) -> Parts:
 
 def _rain(scene: Scene, optics: Optics, volume: DropletVolume) -> RainExtinction:
     # Imported here, with the compiler of what is summed on the CPU.
-    from rtbow.extinction import rain_extinction
+    from rtbow.world.rain.extinction import rain_extinction
 
     return rain_extinction(scene, optics, volume)
 

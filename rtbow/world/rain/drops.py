@@ -1,14 +1,15 @@
-"""Size distributions of a scene, as sizes that stand for them or as quantiles."""
+"""Size distributions of a scene: as sizes that stand for a whole one, and drawn at grid points."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
+from numpy.random import Generator
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.limits import MAX_RADIUS_UM, MIN_RADIUS_UM
-from rtbow.physics.sizes import MARSHALL_PALMER_N0_M4, Sizes, marshall_palmer_slope
+from rtbow.physics.sizes import MARSHALL_PALMER_N0_M4, Sizes, marshall_palmer, marshall_palmer_slope
 from rtbow.scene.droplets import Density
 from rtbow.scene.radius import (
     ConstantRadius,
@@ -155,3 +156,35 @@ def quantiles(radius: Radius, share: Array) -> Array:
     # Where hardly any drops are, shares do not grow in float64.
     rising = np.concatenate([[True], np.diff(drops) > 0.0])
     return floats(np.exp(np.interp(share * drops[-1], drops[rising], np.log(at)[rising])))
+
+
+def draw_drops(radius: Radius, density: Density, count: int, rng: Generator) -> tuple[Array, Array]:
+    """Draw radius and number density at ``count`` grid points.
+
+    In ``marshall-palmer`` radii are drawn evenly and each point carries the density of its own
+    size class, so that the mean over the points is the whole distribution.
+
+    Args:
+        radius: the distribution of radii.
+        density: the number of drops, or the rain rate.
+        count: grid points.
+        rng: source of the draws; the same seed gives the same drops.
+
+    Returns:
+        Radii in m and densities in m⁻³, each (count,).
+    """
+    number = np.full(count, density.number_per_m3 or 0.0)
+    match radius:
+        case ConstantRadius():
+            radii_um = np.full(count, radius.radius_um)
+        case UniformRadius():
+            radii_um = rng.uniform(radius.min_um, radius.max_um, count)
+        case MarshallPalmerRadius():
+            assert density.rain_rate_mm_h is not None  # the scene checks that it goes with it
+            radii_um = rng.uniform(radius.min_um, radius.max_um, count)
+            width_m = 2e-6 * (radius.max_um - radius.min_um)
+            number = width_m * marshall_palmer(2e-6 * radii_um, density.rain_rate_mm_h)
+        case _:
+            # By inversion of the share of the whole: no loop that might not end.
+            radii_um = quantiles(radius, rng.random(count))
+    return radii_um * 1e-6, number

@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import kstest, norm
 
-from rtbow.drops import draw_drops
 from rtbow.physics.sizes import marshall_palmer, marshall_palmer_slope
 from rtbow.scene.droplets import Density
 from rtbow.scene.radius import (
@@ -14,6 +13,7 @@ from rtbow.scene.radius import (
     NormalRadius,
     UniformRadius,
 )
+from rtbow.world.rain.drops import draw_drops
 
 DROPS = Density(number_per_m3=1000.0)
 RAIN = Density(rain_rate_mm_h=5.0)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, floats
-from rtbow.optics import Optics
 from rtbow.physics.air.rayleigh import sun_column
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
-from rtbow.volume import DropletVolume
+from rtbow.world.optics import Optics
+from rtbow.world.rain.volume import DropletVolume
 
 SAMPLES_PER_CELL = 1.5
 """Midpoint samples per grid cell crossed, where neighbouring grid points hold like drops. Between

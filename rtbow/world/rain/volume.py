@@ -22,12 +22,11 @@ from rtbow.base.limits import (
     MAX_RADIUS_UM,
     MIN_RADIUS_UM,
 )
-from rtbow.drops import draw_drops
 from rtbow.physics.sizes import Sizes
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import place_of
-from rtbow.world.rain.sizes import distribution
+from rtbow.world.rain.drops import distribution, draw_drops
 
 Field = NDArray[np.float32]
 

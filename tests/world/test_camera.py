@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rtbow.camera import camera_basis, picture_cone, pixel_directions
 from rtbow.scene.model import Camera
+from rtbow.world.camera import camera_basis, picture_cone, pixel_directions
 
 
 @pytest.mark.parametrize("size_px", [(64, 36), (9, 40), (1, 1)])

@@ -12,14 +12,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtbow.base.arrays import Array, Progress, no_progress
-from rtbow.lights import Lamp, Sun, lamps, suns
 from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.physics.drop.airy import Bow, bows
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.physics.sizes import tabled_sizes
 from rtbow.scene.model import Scene
-from rtbow.volume import DropletVolume
+from rtbow.world.lights import (
+    Lamp,
+    Sun,
+    lamps,
+    suns,
+)
+from rtbow.world.rain.volume import DropletVolume
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Sections

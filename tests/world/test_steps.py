@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from rtbow.optics import scene_optics
 from rtbow.scene.model import Scene
-from rtbow.steps import (
+from rtbow.world.optics import scene_optics
+from rtbow.world.rain.volume import DropletVolume, build_volume
+from rtbow.world.steps import (
     LAMP_STEPS,
     SAMPLES_PER_CELL,
     SAMPLES_PER_LOG_RADIUS,
@@ -15,7 +16,6 @@ from rtbow.steps import (
     roughness,
     step_rates,
 )
-from rtbow.volume import DropletVolume, build_volume
 
 BOX = np.array([[-100.0, 50.0, 0.0], [300.0, 250.0, 50.0]])  # 400 by 200 by 50 m
 SHAPE = (9, 6, 5)

@@ -21,13 +21,13 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32, floats
 from rtbow.base.compiled import compiled, prange
-from rtbow.lights import Lamp, Sun
-from rtbow.optics import Optics
 from rtbow.physics.constants import SUN_DIAMETER_DEG
 from rtbow.scene.model import Scene
 from rtbow.tables.sections import extinction_efficiencies
-from rtbow.volume import DropletVolume
-from rtbow.volume_kernel import interpolate
+from rtbow.world.lights import Lamp, Sun
+from rtbow.world.optics import Optics
+from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.rain.volume_compiled import interpolate
 
 MIDDLE_NM = 550.0
 """Wavelength of the field."""

@@ -6,15 +6,15 @@ from scipy.integrate import quad
 from scipy.special import j1
 
 import rtbow
-from rtbow.extinction import (
+from rtbow.scene.model import Scene
+from rtbow.world.optics import scene_optics
+from rtbow.world.rain.extinction import (
     disc_share,
     effective_efficiencies,
     mean_extinction_towards,
     rain_extinction,
 )
-from rtbow.optics import scene_optics
-from rtbow.scene.model import Scene
-from rtbow.volume import build_volume
+from rtbow.world.rain.volume import build_volume
 
 RADIUS_M = 3e-4
 AREA_M2 = np.pi * RADIUS_M**2
