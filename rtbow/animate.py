@@ -23,9 +23,19 @@ from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.base.cache import file_digest
 from rtbow.base.errors import InputError, UnsuitedError
 from rtbow.base.version import __version__
-from rtbow.display import BLACK_FRAME_EV, EV_LIMIT, auto_exposure_ev, display
-from rtbow.film import DEFAULT_FPS, Film, check_fps, film_at
-from rtbow.image import (
+from rtbow.frames.display import (
+    BLACK_FRAME_EV,
+    EV_LIMIT,
+    auto_exposure_ev,
+    display,
+)
+from rtbow.frames.film import (
+    DEFAULT_FPS,
+    Film,
+    check_fps,
+    film_at,
+)
+from rtbow.frames.image import (
     frame_metadata,
     png_texts,
     read_exr,

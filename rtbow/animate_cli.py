@@ -151,7 +151,7 @@ def animate(
     overrides = typed_overrides(settings, size, max_delta_e, method)
     from rtbow import animate as sequence
     from rtbow.animation import parse_move, plan_animation
-    from rtbow.film import DEFAULT_FPS, check_fps
+    from rtbow.frames.film import DEFAULT_FPS, check_fps
     from rtbow.sequence_files import frames_beyond, parse_outputs
 
     moves = [parse_move(text) for text in keys]

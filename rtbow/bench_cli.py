@@ -115,7 +115,7 @@ def bench(
     if json_file is not None:
         check_writable(json_file, (".json",))
     if plot_file is not None:
-        from rtbow.plot import PLOT_SUFFIXES
+        from rtbow.frames.plot import PLOT_SUFFIXES
 
         check_writable(plot_file, PLOT_SUFFIXES)
     if scaling and error_pixels is not None:

@@ -22,7 +22,7 @@ from rtbow.base.arrays import (
     no_progress,
 )
 from rtbow.base.cache import cached_arrays, file_digest, source_digest
-from rtbow.colour_difference import FrameDifference, frame_difference
+from rtbow.frames.difference import FrameDifference, frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions

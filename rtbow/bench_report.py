@@ -10,7 +10,7 @@ from typing import Any
 
 from rtbow.base.files import write_atomic
 from rtbow.bench import STEP_KEY, TOLERANCE_KEY, BenchRow
-from rtbow.plot import (
+from rtbow.frames.plot import (
     COLOURS,
     GREY,
     GRID_GREY,

@@ -29,13 +29,8 @@ from rtbow.base.limits import (
     SIZE_SPREADS,
     WATER_C,
 )
-from rtbow.display import auto_exposure_ev, display
-from rtbow.physics.constants import SUN_DIAMETER_DEG, VISIBLE_NM
-from rtbow.physics.drop.airy import SCALE_POWER, bow
-from rtbow.physics.drop.water import relative_index
-from rtbow.physics.light.colour import xyz_to_rgb
-from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
-from rtbow.plot import (
+from rtbow.frames.display import auto_exposure_ev, display
+from rtbow.frames.plot import (
     COLOURS,
     GREY,
     GRID_GREY,
@@ -46,6 +41,11 @@ from rtbow.plot import (
     save,
     style,
 )
+from rtbow.physics.constants import SUN_DIAMETER_DEG, VISIBLE_NM
+from rtbow.physics.drop.airy import SCALE_POWER, bow
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.colour import xyz_to_rgb
+from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.tables.sections import Sections, Theory, water_sections
 from rtbow.world.spectra import E490, load_spectrum
 

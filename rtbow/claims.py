@@ -11,9 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from rtbow import measures
 from rtbow.base.arrays import Array, floats
-from rtbow.measures import MeasureError, Profile, Ridge
+from rtbow.frames import measures
+from rtbow.frames.measures import MeasureError, Profile, Ridge
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins

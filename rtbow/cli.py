@@ -101,7 +101,7 @@ def render(
     Example: rtbow render shower -o shower.exr -o shower.png --set light.0.altitude_deg=10
     """  # fmt: skip
     from rtbow.base.files import check_distinct, check_writable
-    from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
+    from rtbow.frames.image import FRAME_SUFFIXES, frame_metadata, write_frame
 
     overrides = typed_overrides(settings, size, max_delta_e, method)
     check_distinct(outputs)

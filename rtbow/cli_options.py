@@ -90,7 +90,7 @@ class Exposure(_ExposureType):
         """Parse ``auto`` (None) or a number."""
         if value is None or str(value).lower() == "auto":
             return None
-        from rtbow.display import EV_LIMIT, max_luminance
+        from rtbow.frames.display import EV_LIMIT, max_luminance
 
         try:
             exposure = float(value)
@@ -142,8 +142,8 @@ class SceneName(_SceneType):
         ctx: click.Context | None,
     ) -> str:
         """Take the name as it is, but for that of a picture."""
-        from rtbow.film import FILM_SUFFIXES
-        from rtbow.image import FRAME_SUFFIXES
+        from rtbow.frames.film import FILM_SUFFIXES
+        from rtbow.frames.image import FRAME_SUFFIXES
 
         if str(value).lower().endswith(FRAME_SUFFIXES + FILM_SUFFIXES):
             writes = ctx is not None and any("-o" in one.opts for one in ctx.command.params)

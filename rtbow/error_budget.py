@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from rtbow.colour_difference import FrameDifference, Spread
+from rtbow.frames.difference import FrameDifference, Spread
 
 COMMAND = "python tools/accuracy.py budget"
 _COLUMNS = 100

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from rtbow import measures
 from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
 from rtbow.claims import Frame, Verdict, sun_profile
-from rtbow.measures import Profile
+from rtbow.frames import measures
+from rtbow.frames.measures import Profile
 from rtbow.scene.text.file import builtin_scenes, scene_title
 from rtbow.world.lights import lamps, suns
 from rtbow.world.spectra import load_spectrum

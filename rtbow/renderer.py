@@ -17,7 +17,7 @@ from rtbow.base.errors import (
     UnavailableError,
     UnsuitedError,
 )
-from rtbow.display import require_finite
+from rtbow.frames.display import require_finite
 from rtbow.scene.model import Scene
 
 if TYPE_CHECKING:

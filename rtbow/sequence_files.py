@@ -10,8 +10,8 @@ from pathlib import Path
 
 from rtbow.base.errors import InputError
 from rtbow.base.files import check_distinct, check_suffix, check_writable
-from rtbow.film import FILM_SUFFIXES, film_texts
-from rtbow.image import FRAME_SUFFIXES, frame_texts
+from rtbow.frames.film import FILM_SUFFIXES, film_texts
+from rtbow.frames.image import FRAME_SUFFIXES, frame_texts
 
 SEQUENCE_TEXT = "animation"
 """The text of a frame that only sequences write: the command that made all of it."""

@@ -1,5 +1,5 @@
 // A frame of radiance as the window shows it: exposure, gamut, sRGB curve and dither, as
-// rtbow/display.py writes pictures; or its luminance in false colours.
+// rtbow/frames/display.py writes pictures; or its luminance in false colours.
 
 #include "display.glsl"
 

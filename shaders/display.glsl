@@ -1,4 +1,4 @@
-// From linear Rec. 709, 1 being white, to what a display shows: rtbow/display.py in float32.
+// From linear Rec. 709, 1 being white, to what a display shows: rtbow/frames/display.py in float32.
 
 // Towards the grey of equal luminance until every component can be shown.
 vec3 inGamut(vec3 rgb, vec3 luminanceWeights) {

@@ -14,14 +14,14 @@ import pytest
 
 import rtbow.animate
 import rtbow.fast
-import rtbow.image
+import rtbow.frames.image
 import rtbow.renderer
 from command_line import SMALL, Result, assert_refused, contents, execute, names, spawn
 from rtbow.animate import sequence_exposure_ev
 from rtbow.animation import Move, parse_move, plan_animation
 from rtbow.base.errors import InputError
-from rtbow.display import BLACK_FRAME_EV, auto_exposure_ev, display
-from rtbow.image import (
+from rtbow.frames.display import BLACK_FRAME_EV, auto_exposure_ev, display
+from rtbow.frames.image import (
     png_texts,
     read_exr,
     read_png,
@@ -416,7 +416,7 @@ def test_frames_of_another_command_are_made_anew(call, change, kept):
 
 def test_frames_of_another_version_are_made_anew(call, monkeypatch):
     assert call(*FIVE, "-o", "%d.exr").code == 0
-    for module in (rtbow.animate, rtbow.image):
+    for module in (rtbow.animate, rtbow.frames.image):
         monkeypatch.setattr(module, "__version__", "0.0.test")
     assert call(*FIVE, "-o", "%d.exr").err == "5 frames drawn by method fast\n"
     assert call(*FIVE, "-o", "%d.exr").err == "0 frames drawn, 5 kept\n"

@@ -36,7 +36,7 @@ from command_line import (
 )
 from rtbow import __version__
 from rtbow.base.resources import resource_dir
-from rtbow.image import read_exr
+from rtbow.frames.image import read_exr
 from rtbow.scene.text.file import builtin_scenes
 
 FAST = "method fast\n"

@@ -25,7 +25,7 @@ import rtbow.fast_sun_colours
 from rtbow.base.arrays import Array
 from rtbow.base.errors import UnsuitedError
 from rtbow.bench_error import PixelSample, colour_error, sample_pixels
-from rtbow.colour_difference import frame_difference
+from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference import radiance_along
 from rtbow.scene.model import Scene

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import rtbow
-from rtbow.colour_difference import frame_difference
+from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.random_scenes import random_scene, random_seed, random_text
 from rtbow.reference import radiance_along

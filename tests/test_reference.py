@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad, trapezoid
 
 from rtbow import reference
-from rtbow.colour_difference import frame_difference
+from rtbow.frames.difference import frame_difference
 from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.geometry import direction

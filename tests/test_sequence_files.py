@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.image import (
+from rtbow.frames.image import (
     exr_texts,
     frame_texts,
     png_texts,

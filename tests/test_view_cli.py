@@ -10,7 +10,7 @@ import textwrap
 from pathlib import Path
 
 import rtbow
-import rtbow.image
+import rtbow.frames.image
 import rtbow.scene.text.file
 from rtbow.scene.text.file import load_scene
 from screen import PROCESSES, virtual_screen

@@ -20,11 +20,11 @@ from PIL import Image
 from pydantic import BaseModel
 
 import rtbow
-import rtbow.image
+import rtbow.frames.image
 import rtbow.scene.text.file
 from rtbow.base.errors import UnavailableError
 from rtbow.bench_memory import PeakMemory
-from rtbow.display import display
+from rtbow.frames.display import display
 from rtbow.reference import spectral_radiance_along
 from rtbow.scene.text.file import load_scene
 from rtbow.scene.text.values import changed_scene
@@ -164,7 +164,9 @@ def test_the_picture_is_that_of_render(live):
         rgb = renderer.render()
     shown = live.viewer.state.frame
     assert shown.scene.camera.size_px == SIZE
-    np.testing.assert_allclose(shown.exposure_ev, rtbow.display.auto_exposure_ev(rgb), atol=0.05)
+    np.testing.assert_allclose(
+        shown.exposure_ev, rtbow.frames.display.auto_exposure_ev(rgb), atol=0.05
+    )
     expected = display(rgb, shown.exposure_ev).astype(int)
     # Another context's floats round to another code here and there.
     difference = np.abs(live.picture().astype(int) - expected)
@@ -582,8 +584,8 @@ def test_the_command_makes_the_very_file_that_is_saved(live, tmp_path, monkeypat
     live.until(lambda: not viewer.jobs.saving)
     subprocess.run([sys.executable, "-m", *words], check=True, timeout=PATIENCE_S)
     np.testing.assert_array_equal(
-        rtbow.image.read_exr(tmp_path / "saved.exr")[0],
-        rtbow.image.read_exr(tmp_path / "again.exr")[0],
+        rtbow.frames.image.read_exr(tmp_path / "saved.exr")[0],
+        rtbow.frames.image.read_exr(tmp_path / "again.exr")[0],
     )
     np.testing.assert_array_equal(
         np.array(Image.open("saved.png")), np.array(Image.open("again.png"))
@@ -599,7 +601,7 @@ def test_saved_frame_and_scene_give_the_same_picture(live, tmp_path, monkeypatch
     live.viewer.save_scene(str(scene))
     live.until(lambda: frame.with_suffix(".png").is_file())
     live.settle()
-    saved, metadata = rtbow.image.read_exr(frame)
+    saved, metadata = rtbow.frames.image.read_exr(frame)
     with rtbow.Renderer(load_scene(scene)) as renderer:
         again = renderer.render()
     np.testing.assert_array_equal(saved, again)

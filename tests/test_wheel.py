@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from checkout import ROOT
-from rtbow.image import read_exr
+from rtbow.frames.image import read_exr
 
 
 def run(*command, **options):

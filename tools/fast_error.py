@@ -18,8 +18,8 @@ import numpy as np
 
 import rtbow
 from rtbow.base.arrays import Array, floats
-from rtbow.colour_difference import frame_difference
 from rtbow.fast_settings import FastSettings, Kind, settings_for
+from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import rtbow
-from rtbow.display import auto_exposure_ev, display
-from rtbow.image import write_png
+from rtbow.frames.display import auto_exposure_ev, display
+from rtbow.frames.image import write_png
 from rtbow.scene.text.file import builtin_scenes
 
 FOLDER = Path(__file__).resolve().parents[1] / "scenes" / "thumbnails"

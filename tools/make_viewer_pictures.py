@@ -28,7 +28,7 @@ _PATIENCE_S = 120.0
 
 def take(path: Path, name: str, screen: str, act: Callable[[Viewer, Any], None]) -> None:
     """Open a scene, do something with it, and write the window as a PNG."""
-    from rtbow.image import write_png
+    from rtbow.frames.image import write_png
     from rtbow.scene.text.file import load_scene
     from rtbow.view.app import Viewer
     from rtbow.view.edits import Opened

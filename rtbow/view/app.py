@@ -12,7 +12,7 @@ import glfw
 
 from rtbow.base.arrays import Float32
 from rtbow.base.errors import InputError, RtbowError
-from rtbow.image import FRAME_SUFFIXES
+from rtbow.frames.image import FRAME_SUFFIXES
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import DEFAULT_SCENE
 from rtbow.scene.text.values import changed_scene, values_of
@@ -128,7 +128,7 @@ class Viewer:
         if self._failure is not None and (frames is not None or screenshot is not None):
             raise self._failure
         if screenshot is not None:
-            from rtbow.image import write_png
+            from rtbow.frames.image import write_png
 
             write_png(screenshot, self.stage.image(), {"command": self.command()})
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from rtbow.image import FRAME_SUFFIXES
+from rtbow.frames.image import FRAME_SUFFIXES
 from rtbow.view import look, widgets
 from rtbow.view.edits import Edits
 from rtbow.view.names import free_name

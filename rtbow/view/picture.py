@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from rtbow.base.arrays import Float32
-from rtbow.display import max_luminance
+from rtbow.frames.display import max_luminance
 from rtbow.gl.program import GlProgram, row_texture
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 

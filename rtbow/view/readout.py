@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, floats
-from rtbow.measures import chromaticity
+from rtbow.frames.measures import chromaticity
 from rtbow.physics.geometry import angle_between, box_span, direction
 from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import wavelength_bins

@@ -153,7 +153,7 @@ class Server:
             self._close_renderer()
 
     def _draw(self, request: DrawFrame) -> None:
-        from rtbow.display import auto_exposure_ev
+        from rtbow.frames.display import auto_exposure_ev
 
         self._pipe.send(Begun(request.number))
         begun = time.perf_counter()
@@ -184,7 +184,7 @@ class Server:
 
     def _save(self, request: SaveFrame) -> None:
         from rtbow.base.files import check_writable
-        from rtbow.image import FRAME_SUFFIXES, frame_metadata, write_frame
+        from rtbow.frames.image import FRAME_SUFFIXES, frame_metadata, write_frame
         from rtbow.renderer import Renderer
 
         for path in request.paths:

@@ -10,7 +10,7 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from rtbow.base.arrays import Float32
-from rtbow.display import BLACK_FRAME_EV
+from rtbow.frames.display import BLACK_FRAME_EV
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 from rtbow.view import look
 from rtbow.view.imgui_input import WindowInput

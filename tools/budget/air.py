@@ -6,8 +6,8 @@ import numpy as np
 
 from budget.strips import strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array, Values, floats
-from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
+from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.world.optics import scene_optics
 

@@ -10,8 +10,8 @@ import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import drop_xyz, drops_per_area
 from rtbow.base.arrays import Array, floats
-from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Row, Stage
+from rtbow.frames.difference import frame_difference
 from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions
 from rtbow.world.lights import suns

@@ -6,8 +6,8 @@ from typing import Any
 
 import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
-from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
+from rtbow.frames.difference import frame_difference
 from rtbow.scene.model import Scene
 from rtbow.world.optics import scene_optics
 from rtbow.world.rain.volume import build_volume

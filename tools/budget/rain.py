@@ -9,8 +9,8 @@ import numpy as np
 import rtbow
 from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.base.arrays import Array, floats
-from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
+from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.geometry import box_span
 from rtbow.renderer import Method
 from rtbow.scene.model import Scene

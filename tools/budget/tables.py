@@ -10,8 +10,8 @@ from budget.strips import reference_strip, strip_angles, strip_scene, table_stri
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import UnavailableError
 from rtbow.base.limits import TABLE_RADII_UM
-from rtbow.colour_difference import Spread, frame_difference
 from rtbow.error_budget import Measurement, Note, Row, Stage
+from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.drop.water import relative_index
 from rtbow.tables.airy import airy_table
 from rtbow.tables.mie.average import mean_intensities

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from budget.strips import reference_strip, strip_angles, strip_scene
-from rtbow.colour_difference import frame_difference
 from rtbow.error_budget import Measurement, Row, Stage
+from rtbow.frames.difference import frame_difference
 
 _STEPS_NM = (5.0, 10.0, 20.0, 40.0)
 _LIGHTS: tuple[tuple[str, dict[str, Any], tuple[int, ...]], ...] = (

@@ -11,10 +11,10 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from rtbow import image
 from rtbow.base.errors import InputError, RtbowError
-from rtbow.display import auto_exposure_ev, display
-from rtbow.image import (
+from rtbow.frames import image
+from rtbow.frames.display import auto_exposure_ev, display
+from rtbow.frames.image import (
     png_texts,
     read_exr,
     read_png,

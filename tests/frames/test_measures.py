@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rtbow import measures
-from rtbow.measures import MeasureError, Profile
+from rtbow.frames import measures
+from rtbow.frames.measures import MeasureError, Profile
 from rtbow.physics.drop.airy import bow
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.geometry import direction

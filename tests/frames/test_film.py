@@ -14,8 +14,8 @@ import pytest
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
-from rtbow.display import display, max_luminance
-from rtbow.film import even_sides, film_at, film_texts
+from rtbow.frames.display import display, max_luminance
+from rtbow.frames.film import even_sides, film_at, film_texts
 
 COLOURS = [
     (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtbow.base.errors import InputError, RtbowError
-from rtbow.display import (
+from rtbow.frames.display import (
     auto_exposure_ev,
     display,
     gamut_map,

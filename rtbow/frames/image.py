@@ -19,7 +19,7 @@ from rtbow.base.exr import (
 )
 from rtbow.base.files import PathLike, write_atomic
 from rtbow.base.version import __version__
-from rtbow.display import auto_exposure_ev, display, require_finite
+from rtbow.frames.display import auto_exposure_ev, display, require_finite
 from rtbow.scene.model import Scene
 
 FRAME_SUFFIXES = (".exr", ".png")

@@ -1,0 +1,1 @@
+"""What a picture is: radiance on file, as displayed, compared and measured."""
