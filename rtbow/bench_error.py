@@ -128,7 +128,7 @@ def reference_xyz(scene: Scene, sample: PixelSample, progress: Progress = no_pro
 def _part_xyz(part: Scene, rows: Indices, columns: Indices, progress: Progress) -> Array:
     def build() -> dict[str, Array]:
         # Slow to import, and not needed for what the cache has.
-        from rtbow.reference import radiance_along
+        from rtbow.reference.render import radiance_along
 
         step = part.render.model_copy(update={"wavelength_step_nm": REFERENCE_STEP_NM})
         truth = part.model_copy(update={"render": step})

@@ -17,7 +17,7 @@ from rtbow.frames.measures import MeasureError, Profile, Ridge
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
-from rtbow.reference import radiance_along
+from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions
 from rtbow.world.lights import lamps, suns

@@ -111,7 +111,7 @@ class Renderer:
         return frame
 
     def _render_reference(self, progress: Progress, building: Progress) -> NDArray[np.float32]:
-        from rtbow.reference import render_reference
+        from rtbow.reference.render import render_reference
 
         parts = [
             render_reference(scene, progress, columns, building)

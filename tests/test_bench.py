@@ -39,7 +39,7 @@ from rtbow.bench_scaling import AXES, lights_like, run_scaling, write_smooth_vol
 from rtbow.cli import rtbow as command_line
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
-from rtbow.reference import radiance_along, render_reference
+from rtbow.reference.render import radiance_along, render_reference
 from rtbow.renderer import METHODS, Renderer
 from rtbow.scene.text.file import load_scene
 from rtbow.world.camera import pixel_directions
@@ -287,7 +287,7 @@ def test_the_reference_is_kept_between_runs(monkeypatch, tmp_path):
         calls.append(len(rays))
         return np.ones((len(rays), 3))
 
-    monkeypatch.setattr("rtbow.reference.radiance_along", counted)
+    monkeypatch.setattr("rtbow.reference.render.radiance_along", counted)
     few, more = sample_pixels((12, 7), 10), sample_pixels((12, 7), 11)
     size = {"camera.size_px": [12, 7]}
     scene = load_scene("uniform", size)
@@ -306,7 +306,7 @@ def test_another_volume_of_the_same_name_is_another_reference(monkeypatch, tmp_p
     monkeypatch.setenv("RTBOW_CACHE_DIR", str(tmp_path / "cache"))
     calls = []
     monkeypatch.setattr(
-        "rtbow.reference.radiance_along",
+        "rtbow.reference.render.radiance_along",
         lambda scene, rays: calls.append(scene) or np.ones((len(rays), 3)),
     )
     path = tmp_path / "drops.npz"

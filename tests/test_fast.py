@@ -27,7 +27,7 @@ from rtbow.base.errors import UnsuitedError
 from rtbow.bench_error import PixelSample, colour_error, sample_pixels
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
-from rtbow.reference import radiance_along
+from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
 from rtbow.world.camera import pixel_directions

@@ -19,7 +19,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import rtbow.tables.layout
-from rtbow.reference import render_reference
+from rtbow.reference.render import render_reference
 from rtbow.scene.model import Scene
 from rtbow.spectral import SpectralPass
 from rtbow.world.rain.volume import DropletVolume, save_volume

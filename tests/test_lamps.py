@@ -13,7 +13,7 @@ from lamp_samples import BOX, EYE, FLUX_LM, INSIDE, NM, NUMBER, STEP_NM, lamp, m
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.colour import colour_matching
 from rtbow.physics.light.disc import disc_nodes
-from rtbow.reference import render_reference
+from rtbow.reference.render import render_reference
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene
 from rtbow.tables.airy import (

@@ -12,7 +12,7 @@ import rtbow
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.random_scenes import random_scene, random_seed, random_text
-from rtbow.reference import radiance_along
+from rtbow.reference.render import radiance_along
 from rtbow.world.camera import pixel_directions
 
 SIZE = [64, 36]

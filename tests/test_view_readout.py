@@ -8,7 +8,7 @@ import pytest
 
 from rtbow.base.resources import resource_dir
 from rtbow.physics.drop.water import relative_index
-from rtbow.reference import radiance_along
+from rtbow.reference.render import radiance_along
 from rtbow.scene.text.file import load_scene
 from rtbow.view.readout import (
     distance_text,

@@ -25,7 +25,7 @@ import rtbow.scene.text.file
 from rtbow.base.errors import UnavailableError
 from rtbow.bench_memory import PeakMemory
 from rtbow.frames.display import display
-from rtbow.reference import spectral_radiance_along
+from rtbow.reference.render import spectral_radiance_along
 from rtbow.scene.text.file import load_scene
 from rtbow.scene.text.values import changed_scene
 from rtbow.view.app import Viewer

@@ -189,7 +189,7 @@ def spectrum_at(scene: Scene, ray: Array) -> tuple[Array, Array]:
         InputError: a spectrum or volume file is not usable.
     """
     # Imported here: it brings the compiler.
-    from rtbow.reference import spectral_radiance_along
+    from rtbow.reference.render import spectral_radiance_along
 
     step = scene.render.model_copy(update={"wavelength_step_nm": SPECTRUM_STEP_NM})
     fine = scene.model_copy(update={"render": step})

@@ -18,7 +18,7 @@ SIZE_NAME = f"{SIZE[0]}×{SIZE[1]}"
 def frame(scene: Scene, method: Method) -> Array:
     """Render a scene, by the shader on EGL or by the reference: X, Y, Z (h, w, 3)."""
     if method == "reference":
-        from rtbow.reference import render_reference
+        from rtbow.reference.render import render_reference
 
         # Renderer gives float32, which would hide what float32 does.
         return rgb_to_xyz(render_reference(scene))

@@ -9,7 +9,7 @@ import numpy as np
 import rtbow
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.geometry import box_span
-from rtbow.reference import radiance_along
+from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
 from rtbow.tables.layout import radius_axis, row_sections
 from rtbow.tables.sections import Sections, water_sections

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.reference_kernel import interpolate
+from rtbow.reference.rays import interpolate
 from rtbow.scene.droplets import Droplets
 from rtbow.world.rain.volume import (
     DropletVolume,

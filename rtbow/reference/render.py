@@ -31,10 +31,10 @@ from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.light.spectrum import bin_means, wavelength_bins
-from rtbow.reference_kernel import integrate_spectrum, sample_rays
-from rtbow.reference_lamp_kernel import integrate_lamp, lamp_pieces
-from rtbow.reference_rain_kernel import depths_along, depths_of_paths
-from rtbow.reference_table_kernel import integrate_lamp_rows, integrate_rows
+from rtbow.reference.lamp import integrate_lamp, lamp_pieces
+from rtbow.reference.rain import depths_along, depths_of_paths
+from rtbow.reference.rays import integrate_spectrum, sample_rays
+from rtbow.reference.rows import integrate_lamp_rows, integrate_rows
 from rtbow.scene.model import Scene
 from rtbow.tables.layout import (
     RadiusAxis,

@@ -101,7 +101,7 @@ def integrate_lamp_rows(
 
     Args:
         start: first piece of each pixel (n + 1,).
-        pieces: as :func:`rtbow.reference_lamp_kernel.lamp_pieces` gives them (m, 6).
+        pieces: as :func:`rtbow.reference.lamp.lamp_pieces` gives them (m, 6).
         row: place of each piece's radius along the rows.
         column: air column towards lamp and eye per piece, in H0.
         depth: optical depth of the rain towards lamp and eye per piece, at 550 nm.

@@ -6,7 +6,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Indices
 from rtbow.base.compiled import compiled, prange
-from rtbow.reference_kernel import optical_depth
+from rtbow.reference.rays import optical_depth
 
 
 @compiled(parallel=True)

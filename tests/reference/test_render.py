@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, trapezoid
 
-from rtbow import reference
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.geometry import direction
 from rtbow.physics.light.colour import colour_matching
-from rtbow.reference import radiance_along, render_reference, spectral_radiance_along
-from rtbow.reference_kernel import sample_rays
+from rtbow.reference.rays import sample_rays
+from rtbow.reference.render import radiance_along, render_reference, spectral_radiance_along
+from rtbow.reference.render import render as reference
 from rtbow.scene.model import Scene
 from rtbow.world.rain.volume import DropletVolume, save_volume
 from textbook import (

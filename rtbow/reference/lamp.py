@@ -13,7 +13,12 @@ from rtbow.physics.drop.airy_compiled import (
     running_at,
     running_grid,
 )
-from rtbow.reference_kernel import LEAST_NODES, cut_by_depth, cut_ray, node_count
+from rtbow.reference.rays import (
+    LEAST_NODES,
+    cut_by_depth,
+    cut_ray,
+    node_count,
+)
 from rtbow.world.rain.volume_compiled import interpolate
 
 _DISTANCE_RATIO = 1.07

@@ -1,0 +1,1 @@
+"""Method reference: the radiance integral in float64 on the CPU."""
