@@ -13,7 +13,7 @@ from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.base.version import __version__
 
 if TYPE_CHECKING:
-    from rtbow.renderer import Renderer
+    from rtbow.render.renderer import Renderer
     from rtbow.scene.model import Scene
     from rtbow.scene.text.file import load_scene
 
@@ -29,7 +29,7 @@ __all__ = [
 
 # Loaded when first asked for: importing rtbow alone costs nothing, and --help is quick.
 _LAZY = {
-    "Renderer": "rtbow.renderer",
+    "Renderer": "rtbow.render.renderer",
     "Scene": "rtbow.scene.model",
     "load_scene": "rtbow.scene.text.file",
 }

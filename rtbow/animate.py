@@ -43,7 +43,7 @@ from rtbow.frames.image import (
     write_exr,
     write_png,
 )
-from rtbow.renderer import Method, Renderer
+from rtbow.render.renderer import Method, Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.sequence_files import SEQUENCE_TEXT, Outputs, Pattern, check_places

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rtbow.animate import Report
     from rtbow.base.arrays import Progress
     from rtbow.physics.light.sun_position import SunPosition
-    from rtbow.renderer import Method
+    from rtbow.render.renderer import Method
 
     _SunPathType = click.ParamType["_Day"]
 else:  # generic since click 8.4 alone

@@ -29,7 +29,7 @@ from rtbow.bench_floor import FloorPass
 from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name, load_average
 from rtbow.gl.context import Backend, open_context
 from rtbow.random_scenes import random_scene, random_seed
-from rtbow.renderer import METHODS, Method, Renderer
+from rtbow.render.renderer import METHODS, Method, Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import builtin_scenes, load_scene
 

@@ -41,7 +41,7 @@ from rtbow.physics.constants import SUN_DIAMETER_DEG
 from rtbow.view_cli import view
 
 if TYPE_CHECKING:
-    from rtbow.renderer import Method, Renderer
+    from rtbow.render.renderer import Method, Renderer
     from rtbow.tables.sections import Theory
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells report it
@@ -107,7 +107,7 @@ def render(
     check_distinct(outputs)
     for path in outputs:  # before the long work, not after it
         check_writable(path, FRAME_SUFFIXES)
-    from rtbow.renderer import Renderer
+    from rtbow.render.renderer import Renderer
     from rtbow.scene.text.file import load_scene
 
     if seed is not None:

@@ -20,7 +20,7 @@ from rtbow.base.version import __version__
 from rtbow.claims import Frame, Verdict, judge
 from rtbow.frames.display import auto_exposure_ev
 from rtbow.frames.image import read_exr, write_exr, write_frame
-from rtbow.renderer import Renderer
+from rtbow.render.renderer import Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import builtin_scenes, load_scene
 

@@ -20,7 +20,7 @@ from rtbow.cli_options import (
 )
 
 if TYPE_CHECKING:
-    from rtbow.renderer import Method
+    from rtbow.render.renderer import Method
     from rtbow.view.app import Viewer
 
 

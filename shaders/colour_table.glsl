@@ -1,7 +1,7 @@
 #include "definitions.glsl"
 #include "math.glsl"
 
-// Light already summed over wavelengths (rtbow/colour_table.py): X, Y, Z per drop and scattering
+// Light already summed over wavelengths (rtbow/render/colours/table.py): X, Y, Z per drop and scattering
 // angle for one light behind the scene's middle air column, and how it falls off with more column
 // and rain. Blocks of rows: one or two components, then the fall-offs; rows of radius in each.
 

@@ -3,7 +3,7 @@
 
 // Where drops differ in size, a ray's light is a sum over rows of radius: each drop counts at its two
 // neighbours among the rows, linearly. Nodes keep the rows' weights, a pixel that marches by itself
-// keeps the light that they come to. Rows are fitted to all radii between them (rtbow/colour_table.py).
+// keeps the light that they come to. Rows are fitted to all radii between them (rtbow/render/colours/table.py).
 
 #if SEVERAL_RADII
 #if NODES

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 import rtbow.cli
-import rtbow.renderer
+import rtbow.render.renderer
 from command_line import Result
 from rtbow.gl.context import Backend, GlContext, open_context
 
@@ -112,7 +112,7 @@ def no_rendering(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise AssertionError("opened a renderer")
 
-    monkeypatch.setattr(rtbow.renderer.Renderer, "__init__", fail)
+    monkeypatch.setattr(rtbow.render.renderer.Renderer, "__init__", fail)
 
 
 @pytest.fixture

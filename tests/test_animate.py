@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import rtbow.animate
-import rtbow.fast
 import rtbow.frames.image
-import rtbow.renderer
+import rtbow.render.fast.method
+import rtbow.render.renderer
 from command_line import SMALL, Result, assert_refused, contents, execute, names, spawn
 from rtbow.animate import sequence_exposure_ev
 from rtbow.animation import Move, parse_move, plan_animation
@@ -38,13 +38,13 @@ RISE = ("--key", "light.0.altitude_deg=2:40")
 def drawn(monkeypatch):
     """Altitudes of the light in the frames that were rendered, in order."""
     altitudes: list[float] = []
-    true_render = rtbow.renderer.Renderer.render
+    true_render = rtbow.render.renderer.Renderer.render
 
     def render(self, *args, **more):
         altitudes.append(self.scene.light[0].altitude_deg)
         return true_render(self, *args, **more)
 
-    monkeypatch.setattr(rtbow.renderer.Renderer, "render", render)
+    monkeypatch.setattr(rtbow.render.renderer.Renderer, "render", render)
     return altitudes
 
 
@@ -301,7 +301,11 @@ def made(monkeypatch):
 
         monkeypatch.setattr(kind, "__init__", init)
 
-    for kind in (rtbow.fast.FastPass, rtbow.fast.FastSun, rtbow.renderer.Renderer):
+    for kind in (
+        rtbow.render.fast.method.FastPass,
+        rtbow.render.fast.method.FastSun,
+        rtbow.render.renderer.Renderer,
+    ):
         count(kind)
     return counts
 

@@ -40,7 +40,7 @@ from rtbow.cli import rtbow as command_line
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.reference.render import radiance_along, render_reference
-from rtbow.renderer import METHODS, Renderer
+from rtbow.render.renderer import METHODS, Renderer
 from rtbow.scene.text.file import load_scene
 from rtbow.world.camera import pixel_directions
 from rtbow.world.rain.volume import load_volume

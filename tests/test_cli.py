@@ -24,7 +24,7 @@ from PIL import Image
 import rtbow.base.files
 import rtbow.cli
 import rtbow.gl.context
-import rtbow.renderer
+import rtbow.render.renderer
 from command_line import (
     SMALL,
     Result,
@@ -802,7 +802,7 @@ def test_too_little_memory(call, tmp_path, monkeypatch):
     def fail(*_):
         raise MemoryError
 
-    monkeypatch.setattr(rtbow.renderer.Renderer, "_render_shader", fail)
+    monkeypatch.setattr(rtbow.render.renderer.Renderer, "_render_shader", fail)
     result = call("render", "uniform", "-o", "x.exr")
     assert_message(result, 3, "not enough memory; render smaller")
     assert contents(tmp_path) == {}

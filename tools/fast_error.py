@@ -18,9 +18,9 @@ import numpy as np
 
 import rtbow
 from rtbow.base.arrays import Array, floats
-from rtbow.fast_settings import FastSettings, Kind, settings_for
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
+from rtbow.render.fast.tolerance import FastSettings, Kind, settings_for
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene
 
@@ -38,7 +38,7 @@ def drawn(scene: Scene, changes: dict[str, float]) -> tuple[Array, float]:
     def changed(delta_e: float, kind: Kind) -> FastSettings:
         return replace(settings_for(delta_e, kind), **changes)  # type: ignore[arg-type]  # by name
 
-    with patch("rtbow.fast.settings_for", changed), rtbow.Renderer(scene) as renderer:
+    with patch("rtbow.render.fast.method.settings_for", changed), rtbow.Renderer(scene) as renderer:
         frame = rgb_to_xyz(floats(renderer.render("fast")))
         times = []
         for _ in range(_FRAMES):
@@ -67,7 +67,7 @@ def main() -> None:
     parser.add_argument("--size", default="640x360")
     given = parser.parse_args()
     size = [int(side) for side in given.size.split("x")]
-    from rtbow.fast_volume import kind_of
+    from rtbow.render.fast.columns import kind_of
     from rtbow.world.rain.volume import build_volume
 
     for name in given.scenes:

@@ -41,7 +41,7 @@ from rtbow.view.worker import Worker
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
-    from rtbow.renderer import Method
+    from rtbow.render.renderer import Method
 
 _PATIENCE_S = 0.1
 """Between looks at the renderer and at files while nothing happens."""

@@ -9,7 +9,7 @@ from rtbow.base.arrays import Array, Float32
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
-    from rtbow.renderer import Method
+    from rtbow.render.renderer import Method
     from rtbow.scene.model import Scene
 
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 from imgui_bundle import imgui
 
 from rtbow.frames.display import EV_LIMIT
-from rtbow.renderer import METHODS
+from rtbow.render.renderer import METHODS
 from rtbow.scene.model import Scene
 from rtbow.view import look, widgets
 from rtbow.view.edits import Edits

@@ -35,7 +35,7 @@ from rtbow.view.messages import (
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
-    from rtbow.renderer import Renderer
+    from rtbow.render.renderer import Renderer
     from rtbow.scene.model import Scene
 
 LAST_WORDS_S = 2.0
@@ -174,7 +174,7 @@ class Server:
         self._resting = True
 
     def _shown(self, scene: Scene) -> Renderer:
-        from rtbow.renderer import Renderer  # slow to import: the process answers before
+        from rtbow.render.renderer import Renderer  # slow to import: the process answers before
 
         if self._renderer is None:
             self._renderer = Renderer(scene, self._backend)
@@ -185,7 +185,7 @@ class Server:
     def _save(self, request: SaveFrame) -> None:
         from rtbow.base.files import check_writable
         from rtbow.frames.image import FRAME_SUFFIXES, frame_metadata, write_frame
-        from rtbow.renderer import Renderer
+        from rtbow.render.renderer import Renderer
 
         for path in request.paths:
             check_writable(path, FRAME_SUFFIXES)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
     from rtbow.base.arrays import Array
-    from rtbow.renderer import Method
+    from rtbow.render.renderer import Method
     from rtbow.view.messages import FrameDrawn
 
 Side = Literal["left", "right"]

@@ -8,7 +8,7 @@ import rtbow
 from rtbow.base.arrays import Array, floats
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz
-from rtbow.renderer import Method
+from rtbow.render.renderer import Method
 from rtbow.scene.model import Scene
 
 SIZE = [64, 36]

@@ -12,7 +12,7 @@ from rtbow.base.arrays import Array, floats
 from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.geometry import box_span
-from rtbow.renderer import Method
+from rtbow.render.renderer import Method
 from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions
 from rtbow.world.lights import suns

@@ -296,9 +296,9 @@ def test_several_lights_have_depths_of_their_own():
 
 
 def test_long_marches_keep_their_depth_from_pass_to_pass(monkeypatch):
-    import rtbow.spectral
+    import rtbow.render.spectral.method
 
     scene = make(BOX, 5.0, droplets={"grid": [6, 6, 6]}, camera={"size_px": [16, 12]})
     whole = render(scene, "spectral")
-    monkeypatch.setattr(rtbow.spectral, "_LOOP_BUDGET", 200)
+    monkeypatch.setattr(rtbow.render.spectral.method, "_LOOP_BUDGET", 200)
     np.testing.assert_allclose(render(scene, "spectral"), whole, rtol=1e-5, atol=1e-6 * whole.max())

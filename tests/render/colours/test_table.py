@@ -12,21 +12,20 @@ from scipy.integrate import quad
 
 from rtbow.base.arrays import Array
 from rtbow.base.limits import LEAST_DELTA_E, MOST_DELTA_E
-from rtbow.colour_table import (
+from rtbow.physics.air import rayleigh
+from rtbow.physics.air.rayleigh import NO_AIR, Column, rayleigh_depth
+from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
+from rtbow.render.colours.basis import LightBasis, column_degree, light_basis
+from rtbow.render.colours.table import (
     BakedLight,
     ColourTable,
-    LightBasis,
     chords,
     colour_table,
-    column_degree,
     folded_chord,
     hat_fit,
-    light_basis,
     unfolded,
 )
-from rtbow.fast_lamp import over_discs, running_colours
-from rtbow.fast_settings import FastSettings, hat_rows, node_step_nm, settings_for
-from rtbow.fast_volume import (
+from rtbow.render.fast.columns import (
     eye_column,
     filled_box,
     greatest_depth,
@@ -35,9 +34,13 @@ from rtbow.fast_volume import (
     radius_spread,
     sun_columns,
 )
-from rtbow.physics.air import rayleigh
-from rtbow.physics.air.rayleigh import NO_AIR, Column, rayleigh_depth
-from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
+from rtbow.render.fast.lamp import over_discs, running_colours
+from rtbow.render.fast.tolerance import (
+    FastSettings,
+    hat_rows,
+    node_step_nm,
+    settings_for,
+)
 from rtbow.world.lights import Sun
 from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.spectra import load_spectrum

@@ -19,27 +19,6 @@ from rtbow.base.arrays import (
     no_progress,
 )
 from rtbow.base.errors import UnsuitedError
-from rtbow.colour_table import (
-    ColourTable,
-    bow_width,
-    chords,
-    colour_table,
-    column_degree,
-    folded_chord,
-    unfolded,
-)
-from rtbow.fast_bake import bake_light, most_texels
-from rtbow.fast_scene import (
-    FastScene,
-    bind_rain,
-    block_for,
-    blocks_of,
-    check_loops,
-    flag_target,
-    scene_defines,
-    set_scene,
-)
-from rtbow.fast_volume import lamp_column
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import (
     FrameTarget,
@@ -49,6 +28,27 @@ from rtbow.gl.program import (
     row_texture,
 )
 from rtbow.physics.air.rayleigh import NO_AIR, Column
+from rtbow.render.colours.basis import column_degree
+from rtbow.render.colours.table import (
+    ColourTable,
+    bow_width,
+    chords,
+    colour_table,
+    folded_chord,
+    unfolded,
+)
+from rtbow.render.fast.columns import lamp_column
+from rtbow.render.fast.light import bake_light, most_texels
+from rtbow.render.fast.shared import (
+    FastScene,
+    bind_rain,
+    block_for,
+    blocks_of,
+    check_loops,
+    flag_target,
+    scene_defines,
+    set_scene,
+)
 from rtbow.tables.layout import running_integral
 from rtbow.world.lights import NEAREST_M, Lamp
 from rtbow.world.steps import lamp_steps, most_steps

@@ -12,10 +12,14 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import UnsuitedError
-from rtbow.colour_bake import middle_radius
-from rtbow.colour_table import RIGHT_ANGLE_CHORD, ColourTable
-from rtbow.fast_settings import FastSettings, hat_rows
-from rtbow.fast_volume import (
+from rtbow.gl.context import GlContext
+from rtbow.gl.glsl import Define
+from rtbow.gl.program import GlProgram, volume_texture
+from rtbow.physics.constants import SCALE_HEIGHT_M
+from rtbow.physics.drop.airy import RADIUS_POWER
+from rtbow.render.colours.bake import middle_radius
+from rtbow.render.colours.table import RIGHT_ANGLE_CHORD, ColourTable
+from rtbow.render.fast.columns import (
     filled_box,
     greatest_depth,
     kind_of,
@@ -23,13 +27,14 @@ from rtbow.fast_volume import (
     light_shares,
     radius_spread,
 )
-from rtbow.gl.context import GlContext
-from rtbow.gl.glsl import Define
-from rtbow.gl.program import GlProgram, volume_texture
-from rtbow.physics.constants import SCALE_HEIGHT_M
-from rtbow.physics.drop.airy import RADIUS_POWER
+from rtbow.render.fast.tolerance import FastSettings, hat_rows
+from rtbow.render.uniforms import (
+    MOST_LOOPS,
+    common_defines,
+    common_uniforms,
+    set_uniforms,
+)
 from rtbow.scene.model import Camera, Scene
-from rtbow.shader_scene import MOST_LOOPS, common_defines, common_uniforms, set_uniforms
 from rtbow.tables.layout import radius_axis
 from rtbow.world.lights import Lamp, Sun
 from rtbow.world.rain.volume import DropletVolume

@@ -15,18 +15,6 @@ import moderngl
 import numpy as np
 
 from rtbow.base.arrays import Progress, no_progress
-from rtbow.fast_scene import (
-    FastScene,
-    bind_rain,
-    block_for,
-    blocks_of,
-    check_loops,
-    flag_target,
-    scene_defines,
-    set_scene,
-)
-from rtbow.fast_sun_colours import SunColours, SunTable
-from rtbow.fast_volume import SunColumns, is_near, sunward_columns
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import (
     FrameTarget,
@@ -37,6 +25,18 @@ from rtbow.gl.program import (
 )
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR
+from rtbow.render.fast.columns import SunColumns, is_near, sunward_columns
+from rtbow.render.fast.shared import (
+    FastScene,
+    bind_rain,
+    block_for,
+    blocks_of,
+    check_loops,
+    flag_target,
+    scene_defines,
+    set_scene,
+)
+from rtbow.render.fast.sun_colours import SunColours, SunTable
 from rtbow.world.lights import Sun
 from rtbow.world.steps import most_steps
 

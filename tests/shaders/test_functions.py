@@ -7,8 +7,8 @@ import pytest
 from glsl_probe import probe, rounded, unit_vectors
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import XYZ_TO_RGB, xyz_to_rgb
+from rtbow.render.uniforms import matrix_literal
 from rtbow.scene.model import Camera
-from rtbow.shader_scene import matrix_literal
 from rtbow.world.camera import camera_basis, pixel_directions
 from rtbow.world.rain.volume_compiled import interpolate
 

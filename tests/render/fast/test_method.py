@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 import rtbow
-import rtbow.fast
-import rtbow.fast_bake
-import rtbow.fast_lamp
-import rtbow.fast_scene
-import rtbow.fast_sun
-import rtbow.fast_sun_colours
+import rtbow.render.fast.lamp
+import rtbow.render.fast.light
+import rtbow.render.fast.method
+import rtbow.render.fast.shared
+import rtbow.render.fast.sun
+import rtbow.render.fast.sun_colours
 from rtbow.base.arrays import Array
 from rtbow.base.errors import UnsuitedError
 from rtbow.bench_error import PixelSample, colour_error, sample_pixels
@@ -451,54 +451,58 @@ def test_moved_lights_and_cameras_are_drawn_as_new_ones(tmp_path, name):
 
 
 def shift_chords(monkeypatch):
-    real = rtbow.fast_sun_colours.colour_table
+    real = rtbow.render.fast.sun_colours.colour_table
 
     def shifted(*args: Any, **more: Any) -> Any:
         table = real(*args, **more)
         return replace(table, first=table.first + 4.0 / table.per_chord)
 
-    monkeypatch.setattr(rtbow.fast_sun_colours, "colour_table", shifted)
+    monkeypatch.setattr(rtbow.render.fast.sun_colours, "colour_table", shifted)
 
 
 def mix_up_rows(monkeypatch):
-    real = rtbow.fast_bake.hat_fit
+    real = rtbow.render.fast.light.hat_fit
     monkeypatch.setattr(
-        rtbow.fast_bake, "hat_fit", lambda fine, rows: np.roll(real(fine, rows), 1, axis=0)
+        rtbow.render.fast.light, "hat_fit", lambda fine, rows: np.roll(real(fine, rows), 1, axis=0)
     )
 
 
 def halve_the_grey_part(monkeypatch):
-    real = rtbow.fast_sun.set_scene
+    real = rtbow.render.fast.sun.set_scene
     monkeypatch.setattr(
-        rtbow.fast_sun, "set_scene", lambda program, here, grey: real(program, here, 0.5 * grey)
+        rtbow.render.fast.sun,
+        "set_scene",
+        lambda program, here, grey: real(program, here, 0.5 * grey),
     )
 
 
 def leave_the_air_one_colour(monkeypatch):
-    monkeypatch.setattr(rtbow.fast_sun_colours, "column_degree", lambda *_: 0)
+    monkeypatch.setattr(rtbow.render.fast.sun_colours, "column_degree", lambda *_: 0)
 
 
 def swap_components(monkeypatch):
-    real = rtbow.fast_bake.outcomes
-    monkeypatch.setattr(rtbow.fast_bake, "outcomes", lambda *a, **m: real(*a, **m)[:, ::-1])
+    real = rtbow.render.fast.light.outcomes
+    monkeypatch.setattr(rtbow.render.fast.light, "outcomes", lambda *a, **m: real(*a, **m)[:, ::-1])
 
 
 def see_no_disc(monkeypatch):
-    real = rtbow.fast_lamp.over_discs
+    real = rtbow.render.fast.lamp.over_discs
 
     def point(table: Any, chord: Array, ratios: Array, fringe: float) -> Any:
         return real(table, chord, np.full(len(ratios), 1e-6), fringe)
 
-    monkeypatch.setattr(rtbow.fast_lamp, "over_discs", point)
+    monkeypatch.setattr(rtbow.render.fast.lamp, "over_discs", point)
 
 
 def coarser(**changes: Any) -> Callable[[Any], None]:
     def patch(monkeypatch: Any) -> None:
-        monkeypatch.setattr(rtbow.fast_scene, "_LEAST_STEPS", 1)
-        monkeypatch.setattr(rtbow.fast_scene, "_WIDEST_BLOCK_DEG", 90.0)
-        real = rtbow.fast.settings_for
+        monkeypatch.setattr(rtbow.render.fast.shared, "_LEAST_STEPS", 1)
+        monkeypatch.setattr(rtbow.render.fast.shared, "_WIDEST_BLOCK_DEG", 90.0)
+        real = rtbow.render.fast.method.settings_for
         monkeypatch.setattr(
-            rtbow.fast, "settings_for", lambda *a, **m: replace(real(*a, **m), **changes)
+            rtbow.render.fast.method,
+            "settings_for",
+            lambda *a, **m: replace(real(*a, **m), **changes),
         )
 
     return patch

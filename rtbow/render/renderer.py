@@ -21,9 +21,9 @@ from rtbow.frames.display import require_finite
 from rtbow.scene.model import Scene
 
 if TYPE_CHECKING:
-    from rtbow.fast import FastPass
     from rtbow.gl.context import Backend, GlContext
-    from rtbow.spectral import SpectralPass
+    from rtbow.render.fast.method import FastPass
+    from rtbow.render.spectral.method import SpectralPass
 
 Method = Literal["auto", "fast", "spectral", "reference"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -231,7 +231,7 @@ class Renderer:
     ) -> list[SpectralPass | FastPass]:
         # Imported when used: each brings modules that the other does not need.
         if method != "spectral":
-            from rtbow.fast import FastPass
+            from rtbow.render.fast.method import FastPass
 
             try:
                 return [FastPass(context, scene, building) for scene, _ in self.scene.parts()]
@@ -239,7 +239,7 @@ class Renderer:
                 if method == "fast":
                     raise
                 self.unsuited = str(error)
-        from rtbow.spectral import SpectralPass
+        from rtbow.render.spectral.method import SpectralPass
 
         return [SpectralPass(context, scene, building) for scene, _ in self.scene.parts()]
 

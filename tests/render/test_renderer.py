@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import rtbow
-import rtbow.spectral
-from rtbow.renderer import Renderer
-from rtbow.strips import strips
+import rtbow.render.spectral.method
+from rtbow.render.renderer import Renderer
+from rtbow.render.spectral.strips import strips
 
 SMALL = {"camera.size_px": [32, 18]}
 
@@ -162,7 +162,7 @@ class TestRefusals:
         def fail(*_):
             raise error
 
-        monkeypatch.setattr(rtbow.spectral.SpectralPass, "render", fail)
+        monkeypatch.setattr(rtbow.render.spectral.method.SpectralPass, "render", fail)
         with Renderer(scene) as renderer:
             with pytest.raises(rtbow.UnavailableError, match=message):
                 renderer.render("spectral")

@@ -8,8 +8,8 @@ from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.gl.glsl import Define, glsl_literal
 from rtbow.physics.drop.airy import SCALE_POWER
+from rtbow.render.uniforms import bow_rows, common_defines, dark_edges
 from rtbow.scene.model import Camera, Scene
-from rtbow.shader_scene import bow_rows, common_defines, dark_edges
 from rtbow.tables.airy import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
 from rtbow.world.camera import picture_cone
 from rtbow.world.lights import NEAREST_M

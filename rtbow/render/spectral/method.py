@@ -19,10 +19,20 @@ from rtbow.gl.program import (
     texture_bytes,
 )
 from rtbow.physics.air import rayleigh
+from rtbow.render.spectral.layout import (
+    LAMP_DEPTH_SAMPLES,
+    bow_edges,
+    shader_defines,
+    spectral_rows,
+)
+from rtbow.render.spectral.strips import strips
+from rtbow.render.uniforms import (
+    MAX_STEPS,
+    MOST_LOOPS,
+    common_uniforms,
+    set_uniforms,
+)
 from rtbow.scene.model import Camera, Scene
-from rtbow.shader_scene import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
-from rtbow.spectral_layout import LAMP_DEPTH_SAMPLES, bow_edges, shader_defines, spectral_rows
-from rtbow.strips import strips
 from rtbow.tables.airy import airy_table
 from rtbow.tables.layout import SectionTable, angle_axis, section_table
 from rtbow.world.lights import Lamp, Sun

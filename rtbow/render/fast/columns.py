@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.fast_settings import ROUGH, Kind
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
+from rtbow.render.fast.tolerance import ROUGH, Kind
 from rtbow.world.lights import Lamp, Sun
 from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.steps import roughness

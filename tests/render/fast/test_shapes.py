@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rtbow.fast import FastPass
 from rtbow.gl.context import GlContext, open_context
 from rtbow.gl.glsl import Define, compile_program
 from rtbow.gl.program import GlProgram
+from rtbow.render.fast.method import FastPass
+from rtbow.render.spectral.method import SpectralPass
 from rtbow.scene.model import Scene
-from rtbow.spectral import SpectralPass
 from rtbow.world.rain.volume import DropletVolume, save_volume
 
 BOX = [[-50.0, 10.0, 0.0], [50.0, 90.0, 60.0]]

@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 
 import rtbow.tables.layout
 from rtbow.reference.render import render_reference
+from rtbow.render.spectral.method import SpectralPass
 from rtbow.scene.model import Scene
-from rtbow.spectral import SpectralPass
 from rtbow.world.rain.volume import DropletVolume, save_volume
 from textbook import LUMINANCE
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from rtbow.base.arrays import Array, Progress
-from rtbow.colour_bake import Drops, outcomes
-from rtbow.colour_table import BakedLight, hat_fit, light_basis, unfolded
-from rtbow.fast_scene import FastScene, rain_colour
-from rtbow.fast_settings import node_step_nm
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.light.spectrum import Spectrum
+from rtbow.render.colours.bake import Drops, outcomes
+from rtbow.render.colours.basis import light_basis
+from rtbow.render.colours.table import BakedLight, hat_fit, unfolded
+from rtbow.render.fast.shared import FastScene, rain_colour
+from rtbow.render.fast.tolerance import node_step_nm
 
 MOST_TEXELS = 16_384
 """Texels along a table, at most, also of devices that take more."""

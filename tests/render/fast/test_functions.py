@@ -11,13 +11,13 @@ import pytest
 
 from glsl_probe import probe, rounded, unit_vectors
 from rtbow.base.limits import NO_PLANE
-from rtbow.colour_table import RIGHT_ANGLE_CHORD, folded_chord
-from rtbow.fast_scene import DARK
 from rtbow.gl.glsl import Define
 from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.physics.geometry import box_span
+from rtbow.render.colours.table import RIGHT_ANGLE_CHORD, folded_chord
+from rtbow.render.fast.shared import DARK
 
 TABLE: Mapping[str, Define] = {
     "RIGHT_ANGLE_CHORD": RIGHT_ANGLE_CHORD,

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from rtbow.base.arrays import Float32, Progress, no_progress
-from rtbow.fast_lamp import FastLamp
-from rtbow.fast_scene import FastScene, fast_scene
-from rtbow.fast_settings import settings_for
-from rtbow.fast_sun import FastSun
-from rtbow.fast_volume import kind_of
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, check_sizes, texture_bytes
+from rtbow.render.fast.columns import kind_of
+from rtbow.render.fast.lamp import FastLamp
+from rtbow.render.fast.shared import FastScene, fast_scene
+from rtbow.render.fast.sun import FastSun
+from rtbow.render.fast.tolerance import settings_for
 from rtbow.scene.model import Scene
 from rtbow.world.camera import picture_cone
 from rtbow.world.world import CONE_MARGIN, scene_parts

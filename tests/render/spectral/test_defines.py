@@ -5,7 +5,7 @@ from itertools import combinations, product
 from lamp_samples import make
 from rtbow.gl.context import open_context
 from rtbow.gl.glsl import compile_program
-from rtbow.spectral_layout import shader_defines
+from rtbow.render.spectral.layout import shader_defines
 from rtbow.world.world import scene_parts
 
 SWITCHES = (

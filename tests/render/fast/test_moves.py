@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-import rtbow.fast_bake
-import rtbow.fast_scene
+import rtbow.render.fast.light
+import rtbow.render.fast.shared
 import rtbow.world.steps
 from rtbow.base.errors import UnsuitedError
-from rtbow.colour_table import LightBasis
-from rtbow.fast import FastPass
-from rtbow.fast_lamp import FastLamp
-from rtbow.fast_scene import FastScene
 from rtbow.gl.context import GlContext, open_context
+from rtbow.render.colours.basis import LightBasis
+from rtbow.render.fast.lamp import FastLamp
+from rtbow.render.fast.method import FastPass
+from rtbow.render.fast.shared import FastScene
+from rtbow.render.spectral.method import SpectralPass
 from rtbow.scene.model import Compare, Scene
-from rtbow.spectral import SpectralPass
 from rtbow.world.optics import scene_optics
 from rtbow.world.world import moved_parts, scene_parts
 
@@ -91,9 +91,9 @@ def test_moves_do_not_run_over_the_volume(context, monkeypatch):
         for module, name in (
             (rtbow.world.steps, "roughness"),
             (rtbow.world.steps, "_unevenness"),
-            (rtbow.fast_scene, "filled_box"),
-            (rtbow.fast_scene, "radius_rows"),
-            (rtbow.fast_scene, "volume_texture"),
+            (rtbow.render.fast.shared, "filled_box"),
+            (rtbow.render.fast.shared, "radius_rows"),
+            (rtbow.render.fast.shared, "volume_texture"),
         ):
             monkeypatch.setattr(module, name, None)
         for azimuth in (10.0, 20.0):
@@ -129,13 +129,13 @@ def test_other_scenes_are_not_moves(context):
 def baked(monkeypatch: pytest.MonkeyPatch) -> list[LightBasis]:
     """Record the lights that are baked from now on."""
     found: list[LightBasis] = []
-    real = rtbow.fast_bake.outcomes
+    real = rtbow.render.fast.light.outcomes
 
     def outcomes(gl: Any, drops: Any, light: LightBasis, *rest: Any, **named: Any) -> Any:
         found.append(light)
         return real(gl, drops, light, *rest, **named)
 
-    monkeypatch.setattr(rtbow.fast_bake, "outcomes", outcomes)
+    monkeypatch.setattr(rtbow.render.fast.light, "outcomes", outcomes)
     return found
 
 

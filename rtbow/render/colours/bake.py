@@ -22,15 +22,15 @@ from rtbow.base.cache import (
     source_digest,
 )
 from rtbow.base.limits import MIN_RADIUS_UM
-from rtbow.colour_table import LightBasis
 from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define, glsl_literal
 from rtbow.gl.program import GlProgram
 from rtbow.physics.drop.airy import RADIUS_POWER, bows
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes, tabled_sizes
+from rtbow.render.colours.basis import LightBasis
+from rtbow.render.uniforms import bow_rows, dark_edges
 from rtbow.scene.model import Scattering
-from rtbow.shader_scene import bow_rows, dark_edges
 from rtbow.tables.airy import airy_table, shader_constants
 from rtbow.tables.layout import RadiusAxis, row_sections
 

@@ -9,20 +9,19 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Progress
 from rtbow.base.errors import UnsuitedError
-from rtbow.colour_table import (
+from rtbow.gl.program import row_texture
+from rtbow.physics.air.rayleigh import Column
+from rtbow.render.colours.basis import column_degree, mean_column_error
+from rtbow.render.colours.table import (
     ColourTable,
     bow_width,
     chords,
     colour_table,
-    column_degree,
     fringe_step,
-    mean_column_error,
 )
-from rtbow.fast_bake import bake_light, most_texels
-from rtbow.fast_scene import FastScene
-from rtbow.fast_volume import DARK_COLUMN
-from rtbow.gl.program import row_texture
-from rtbow.physics.air.rayleigh import Column
+from rtbow.render.fast.columns import DARK_COLUMN
+from rtbow.render.fast.light import bake_light, most_texels
+from rtbow.render.fast.shared import FastScene
 from rtbow.world.lights import Sun
 from rtbow.world.world import cone_range
 

@@ -10,8 +10,8 @@ import pytest
 
 from rtbow.base.errors import UnavailableError
 from rtbow.gl.context import GlContext, open_context
+from rtbow.render.spectral.method import SpectralPass
 from rtbow.scene.model import Scene
-from rtbow.spectral import SpectralPass
 
 SUN = {"type": "sun", "altitude_deg": 20.0}
 MIXTURE = {"distribution": "gamma", "mixing": "local", "effective_radius_um": 10.0,

@@ -1,0 +1,1 @@
+"""Frames of a world by the methods of the shader."""

@@ -1,0 +1,1 @@
+"""Cross-sections summed over a light's spectrum, as method fast looks them up."""

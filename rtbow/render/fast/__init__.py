@@ -1,0 +1,1 @@
+"""Method fast: colours integrated over wavelengths ahead of the march."""

@@ -1,0 +1,1 @@
+"""Method spectral: the paper's march with a wavelength loop."""
