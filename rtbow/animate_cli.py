@@ -26,10 +26,10 @@ from rtbow.cli_options import (
 )
 
 if TYPE_CHECKING:
-    from rtbow.animate import Report
     from rtbow.base.arrays import Progress
     from rtbow.physics.light.sun_position import SunPosition
     from rtbow.render.renderer import Method
+    from rtbow.sequence.run import Report
 
     _SunPathType = click.ParamType["_Day"]
 else:  # generic since click 8.4 alone
@@ -149,10 +149,10 @@ def animate(
             "nothing moves; add --key, such as --key light.0.altitude_deg=2:40, or --sun-path"
         )
     overrides = typed_overrides(settings, size, max_delta_e, method)
-    from rtbow import animate as sequence
-    from rtbow.animation import parse_move, plan_animation
     from rtbow.frames.film import DEFAULT_FPS, check_fps
-    from rtbow.sequence_files import frames_beyond, parse_outputs
+    from rtbow.sequence import run as sequence
+    from rtbow.sequence.animation import parse_move, plan_animation
+    from rtbow.sequence.outputs import frames_beyond, parse_outputs
 
     moves = [parse_move(text) for text in keys]
     wanted = parse_outputs(outputs)

@@ -12,13 +12,11 @@ import av
 import numpy as np
 import pytest
 
-import rtbow.animate
 import rtbow.frames.image
 import rtbow.render.fast.method
 import rtbow.render.renderer
+import rtbow.sequence.run
 from command_line import SMALL, Result, assert_refused, contents, execute, names, spawn
-from rtbow.animate import sequence_exposure_ev
-from rtbow.animation import Move, parse_move, plan_animation
 from rtbow.base.errors import InputError
 from rtbow.frames.display import BLACK_FRAME_EV, auto_exposure_ev, display
 from rtbow.frames.image import (
@@ -29,6 +27,8 @@ from rtbow.frames.image import (
 )
 from rtbow.physics.light.sun_position import sun_path
 from rtbow.scene.text.file import load_scene
+from rtbow.sequence.animation import Move, parse_move, plan_animation
+from rtbow.sequence.run import sequence_exposure_ev
 from rtbow.world.spectra import load_spectrum
 
 RISE = ("--key", "light.0.altitude_deg=2:40")
@@ -420,7 +420,7 @@ def test_frames_of_another_command_are_made_anew(call, change, kept):
 
 def test_frames_of_another_version_are_made_anew(call, monkeypatch):
     assert call(*FIVE, "-o", "%d.exr").code == 0
-    for module in (rtbow.animate, rtbow.frames.image):
+    for module in (rtbow.sequence.run, rtbow.frames.image):
         monkeypatch.setattr(module, "__version__", "0.0.test")
     assert call(*FIVE, "-o", "%d.exr").err == "5 frames drawn by method fast\n"
     assert call(*FIVE, "-o", "%d.exr").err == "0 frames drawn, 5 kept\n"
@@ -455,7 +455,7 @@ def test_an_interrupted_run_leaves_whole_files_and_goes_on(
     call, tmp_path, drawn, monkeypatch, suffix
 ):
     writer = f"write_{suffix}"
-    true_write = getattr(rtbow.animate, writer)
+    true_write = getattr(rtbow.sequence.run, writer)
 
     def interrupted(path, *args):
         if path == f"3.{suffix}":
@@ -464,13 +464,13 @@ def test_an_interrupted_run_leaves_whole_files_and_goes_on(
 
     args = (*FIVE, "-o", f"%d.{suffix}", "-o", "film.mp4", "--overwrite")
     (tmp_path / "film.mp4").write_bytes(b"old")
-    monkeypatch.setattr(rtbow.animate, writer, interrupted)
+    monkeypatch.setattr(rtbow.sequence.run, writer, interrupted)
     result = call(*args)
     assert (result.code, result.out) == (130, "")
     assert result.err.strip() == "interrupted; nothing was left half written"
     assert names(tmp_path) == [*(f"{k}.{suffix}" for k in range(3)), "film.mp4"]
     assert (tmp_path / "film.mp4").read_bytes() == b"old"
-    monkeypatch.setattr(rtbow.animate, writer, true_write)
+    monkeypatch.setattr(rtbow.sequence.run, writer, true_write)
     drawn.clear()
     assert call(*args).err == "2 frames drawn by method fast, 3 kept\n"
     assert len(film_pictures(tmp_path / "film.mp4")) == 5
@@ -731,7 +731,7 @@ def test_a_failure_in_drawing_spares_the_old_film(call, tmp_path, monkeypatch):
     def fail(*_):
         raise InputError("the volume is gone; bring it back")
 
-    monkeypatch.setattr(rtbow.animate, "display", fail)
+    monkeypatch.setattr(rtbow.sequence.run, "display", fail)
     result = call(*FIVE, "-o", "film.mp4", "--overwrite")
     assert (result.code, result.out) == (2, "")
     assert names(tmp_path) == ["film.mp4"]

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.animation import Animation
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.base.cache import file_digest
 from rtbow.base.errors import InputError, UnsuitedError
@@ -46,7 +45,13 @@ from rtbow.frames.image import (
 from rtbow.render.renderer import Method, Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
-from rtbow.sequence_files import SEQUENCE_TEXT, Outputs, Pattern, check_places
+from rtbow.sequence.animation import Animation
+from rtbow.sequence.outputs import (
+    SEQUENCE_TEXT,
+    Outputs,
+    Pattern,
+    check_places,
+)
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend

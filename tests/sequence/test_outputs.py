@@ -15,7 +15,12 @@ from rtbow.frames.image import (
     write_exr,
     write_png,
 )
-from rtbow.sequence_files import Pattern, check_places, frames_beyond, parse_outputs
+from rtbow.sequence.outputs import (
+    Pattern,
+    check_places,
+    frames_beyond,
+    parse_outputs,
+)
 
 
 def test_patterns():

@@ -1,0 +1,1 @@
+"""Frames over time: films, numbered frames, and going on after an interruption."""
