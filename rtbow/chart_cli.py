@@ -11,7 +11,12 @@ from rtbow.cli_options import Numbers, Option, Verb, progress_bar, quiet_option,
 from rtbow.physics.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:
-    from rtbow.chart import Component, Normalise, Scale, Setup
+    from rtbow.study.charts import (
+        Component,
+        Normalise,
+        Scale,
+        Setup,
+    )
 
     _RasterType = click.ParamType[tuple[int, int]]
 else:  # generic since click 8.4 alone
@@ -32,7 +37,7 @@ class _Raster(_RasterType):
 
 
 def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup:
-    from rtbow.chart import Setup
+    from rtbow.study.charts import Setup
 
     theories = ("airy", "mie") if theory == "both" else (theory,)
     return Setup(theories, disc, spread, temperature)  # type: ignore[arg-type]
@@ -158,7 +163,12 @@ def chart_profile(
     """  # fmt: skip
     from rtbow.base.errors import InputError
     from rtbow.base.files import check_writable
-    from rtbow.chart import CHART_SUFFIXES, PROFILE_FROM_DEG, draw_profiles, profiles
+    from rtbow.study.charts import (
+        CHART_SUFFIXES,
+        PROFILE_FROM_DEG,
+        draw_profiles,
+        profiles,
+    )
 
     check_writable(output, CHART_SUFFIXES)
     if difference and theory != "both":
@@ -248,7 +258,8 @@ def chart_lee(
     Example: rtbow chart lee -o lee.png --theory both --radius-from 5
     """  # fmt: skip
     from rtbow.base.files import check_writable
-    from rtbow.chart import CHART_SUFFIXES, draw_lee, lee_raster
+    from rtbow.study.charts import CHART_SUFFIXES
+    from rtbow.study.lee import draw_lee, lee_raster
 
     check_writable(output, CHART_SUFFIXES)
     setup = _setup(theory, disc, spread, temperature)

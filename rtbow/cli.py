@@ -175,7 +175,7 @@ def figures(
 
     Example: rtbow figures -o figures --only fig5f
     """  # fmt: skip
-    from rtbow.figures import DEFAULT_SIZE, make_figures
+    from rtbow.study.figures import DEFAULT_SIZE, make_figures
 
     verdicts = make_figures(
         Path(output),

@@ -28,12 +28,12 @@ from budget.frames import facts
 from rtbow.base.arrays import Array, floats
 from rtbow.base.files import write_atomic
 from rtbow.error_budget import document, run_stage
-from rtbow.figures import PREFIX, figure_names
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.physics.drop.airy import airy_squared, bow
 from rtbow.physics.drop.water import iapws_index
 from rtbow.physics.light.colour import luminance
 from rtbow.scene.model import Scene
+from rtbow.study.figures import PREFIX, figure_names
 from rtbow.tables.report import describe_table
 from rtbow.world.rain.volume import DropletVolume, save_volume
 

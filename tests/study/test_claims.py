@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import rtbow
-from rtbow import claims
 from rtbow.base.arrays import floats
-from rtbow.claims import CLAIMS, Frame
-from rtbow.figures import PREFIX, figure_names
+from rtbow.study import claims
+from rtbow.study.claims import CLAIMS, Frame
+from rtbow.study.figures import PREFIX, figure_names
 
 # Narrower than the scenes' own views, so that few pixels show the bow's fringes.
 SIZE = [240, 135]

@@ -17,12 +17,12 @@ from rtbow.base.arrays import (
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
-from rtbow.claims import Frame, Verdict, judge
 from rtbow.frames.display import auto_exposure_ev
 from rtbow.frames.image import read_exr, write_exr, write_frame
 from rtbow.render.renderer import Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import builtin_scenes, load_scene
+from rtbow.study.claims import Frame, Verdict, judge
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
@@ -167,7 +167,7 @@ def make_figures(
     Raises:
         InputError: a name that is no figure, or a folder that cannot be written.
     """
-    from rtbow.figure_page import write_page
+    from rtbow.study.page import write_page
 
     names = chosen_names(only)
     prepare_folder(out)

@@ -6,8 +6,8 @@ import re
 import pytest
 
 import rtbow
-from rtbow import figures
-from rtbow.claims import CLAIMS
+from rtbow.study import figures
+from rtbow.study.claims import CLAIMS
 
 SIZE = (64, 36)
 ONLY = ["fig1", "fig5a"]

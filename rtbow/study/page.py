@@ -11,10 +11,10 @@ import numpy as np
 
 from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
-from rtbow.claims import Frame, Verdict, sun_profile
 from rtbow.frames import measures
 from rtbow.frames.measures import Profile
 from rtbow.scene.text.file import builtin_scenes, scene_title
+from rtbow.study.claims import Frame, Verdict, sun_profile
 from rtbow.world.lights import lamps, suns
 from rtbow.world.spectra import load_spectrum
 

@@ -7,9 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 from rtbow.base.errors import InputError
-from rtbow.chart import Setup, lee_raster, profiles
 from rtbow.cli import rtbow
 from rtbow.physics.light.colour import xyz_to_rgb
+from rtbow.study.charts import Setup, profiles
+from rtbow.study.lee import lee_raster
 from rtbow.tables.sections import water_sections
 
 
