@@ -23,7 +23,8 @@ from rtbow.cli_options import (
 
 if TYPE_CHECKING:
     from rtbow.base.arrays import Progress
-    from rtbow.bench import BenchRow, Plan, Show
+    from rtbow.bench.row import BenchRow
+    from rtbow.bench.run import Plan, Show
 
     _CountType = click.ParamType[int | str]
 else:  # generic since click 8.4 alone
@@ -130,7 +131,7 @@ def bench(
     rows = _measured(scenes, plan, scaling, scaling_limit_s, _shown(quiet))
     written = []
     if json_file is not None:
-        from rtbow.bench_report import write_json
+        from rtbow.bench.report import write_json
 
         write_json(Path(json_file), rows)
         written.append(json_file)
@@ -138,7 +139,7 @@ def bench(
         _draw(Path(plot_file), rows, scaling)
         written.append(plot_file)
     if not quiet:
-        from rtbow.bench_report import table_lines
+        from rtbow.bench.report import table_lines
 
         for line in [*table_lines(rows), *written]:
             click.echo(line)
@@ -153,7 +154,12 @@ def _plan(
     error_pixels: int | str | None,
     backend: Any,
 ) -> Plan:
-    from rtbow.bench import DEFAULT_ERROR_PIXELS, DEFAULT_SIZE, Plan, shader_methods
+    from rtbow.bench.run import (
+        DEFAULT_ERROR_PIXELS,
+        DEFAULT_SIZE,
+        Plan,
+        shader_methods,
+    )
     from rtbow.scene.text.file import parse_set
 
     changes = dict(parse_set(text) for text in settings)
@@ -176,11 +182,11 @@ def _measured(
     scenes: tuple[str, ...], plan: Plan, scaling: bool, limit_s: float | None, show: Show
 ) -> list[BenchRow]:
     if not scaling:
-        from rtbow.bench import run_bench
+        from rtbow.bench.run import run_bench
 
         return run_bench(scenes or (None,), plan, show)
     from rtbow.base.errors import InputError
-    from rtbow.bench_scaling import DEFAULT_LIMIT_S, run_scaling
+    from rtbow.bench.scaling import DEFAULT_LIMIT_S, run_scaling
 
     limit = DEFAULT_LIMIT_S if limit_s is None else limit_s
     if not 0.0 < limit < math.inf:  # NaN is not, either
@@ -199,7 +205,7 @@ def _shown(quiet: bool) -> Show:
 
 def _draw(path: Path, rows: list[BenchRow], scaling: bool) -> None:
     from rtbow.base.errors import InputError
-    from rtbow.bench_report import draw_scaling, draw_speed, fields_of
+    from rtbow.bench.report import draw_scaling, draw_speed, fields_of
 
     drawn = (draw_scaling if scaling else draw_speed)(path, fields_of(rows))
     if not drawn:

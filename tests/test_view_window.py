@@ -23,7 +23,7 @@ import rtbow
 import rtbow.frames.image
 import rtbow.scene.text.file
 from rtbow.base.errors import UnavailableError
-from rtbow.bench_memory import PeakMemory
+from rtbow.bench.memory import PeakMemory
 from rtbow.frames.display import display
 from rtbow.reference.render import spectral_radiance_along
 from rtbow.scene.text.file import load_scene

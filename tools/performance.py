@@ -22,8 +22,7 @@ from typing import Any
 
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.base.files import write_atomic
-from rtbow.bench import BenchRow
-from rtbow.bench_report import (
+from rtbow.bench.report import (
     SCALING_LABELS,
     axis_value,
     draw_scaling,
@@ -34,6 +33,7 @@ from rtbow.bench_report import (
     share,
     short,
 )
+from rtbow.bench.row import BenchRow
 
 Row = Mapping[str, Any]
 

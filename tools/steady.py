@@ -23,7 +23,7 @@ import numpy as np
 import rtbow
 from rtbow.base.arrays import Array, floats
 from rtbow.base.cache import FOLDER_VARIABLE
-from rtbow.bench_memory import PeakMemory
+from rtbow.bench.memory import PeakMemory
 from rtbow.scene.model import Scene
 
 _PERIODS = 3

@@ -24,7 +24,7 @@ import rtbow.render.fast.sun
 import rtbow.render.fast.sun_colours
 from rtbow.base.arrays import Array
 from rtbow.base.errors import UnsuitedError
-from rtbow.bench_error import PixelSample, colour_error, sample_pixels
+from rtbow.bench.error import PixelSample, colour_error, sample_pixels
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference.render import radiance_along

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.random_scenes import random_scene
+from rtbow.bench.random_scenes import random_scene
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import (
     builtin_scenes,

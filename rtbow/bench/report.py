@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from rtbow.base.files import write_atomic
-from rtbow.bench import STEP_KEY, TOLERANCE_KEY, BenchRow
+from rtbow.bench.row import BenchRow
+from rtbow.bench.run import STEP_KEY, TOLERANCE_KEY
 from rtbow.frames.plot import (
     COLOURS,
     GREY,
@@ -23,7 +24,7 @@ from rtbow.frames.plot import (
 )
 
 Fields = Mapping[str, Any]
-"""A row as JSON holds it (see :class:`rtbow.bench.BenchRow`)."""
+"""A row as JSON holds it (see :class:`rtbow.bench.run.BenchRow`)."""
 
 COLUMNS = 100
 """Characters of a line on the terminal, at most."""

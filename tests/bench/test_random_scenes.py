@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import rtbow
+from rtbow.bench.random_scenes import random_scene, random_seed, random_text
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
-from rtbow.random_scenes import random_scene, random_seed, random_text
 from rtbow.reference.render import radiance_along
 from rtbow.world.camera import pixel_directions
 

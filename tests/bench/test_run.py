@@ -16,16 +16,20 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-import rtbow.bench
-import rtbow.bench_error
-import rtbow.bench_scaling
+import rtbow.bench.error
+import rtbow.bench.run
+import rtbow.bench.scaling
 from checkout import ROOT
 from rtbow.base.errors import InputError, UnavailableError
-from rtbow.bench import BenchRow, Plan, TooSlowError, frames_for, run_bench, shader_methods
-from rtbow.bench_error import PixelSample, colour_error, reference_xyz, sample_pixels
-from rtbow.bench_floor import TABLE_SIDE, FloorPass
-from rtbow.bench_memory import PeakMemory, cpu_count, cpu_name
-from rtbow.bench_report import (
+from rtbow.bench.error import (
+    PixelSample,
+    colour_error,
+    reference_xyz,
+    sample_pixels,
+)
+from rtbow.bench.floor import TABLE_SIDE, FloorPass
+from rtbow.bench.memory import PeakMemory, cpu_count, cpu_name
+from rtbow.bench.report import (
     COLUMNS,
     draw_scaling,
     draw_speed,
@@ -35,7 +39,20 @@ from rtbow.bench_report import (
     table_lines,
     write_json,
 )
-from rtbow.bench_scaling import AXES, lights_like, run_scaling, write_smooth_volume
+from rtbow.bench.row import BenchRow
+from rtbow.bench.run import (
+    Plan,
+    TooSlowError,
+    frames_for,
+    run_bench,
+    shader_methods,
+)
+from rtbow.bench.scaling import (
+    AXES,
+    lights_like,
+    run_scaling,
+    write_smooth_volume,
+)
 from rtbow.cli import rtbow as command_line
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
@@ -329,7 +346,7 @@ def test_a_dark_reference_has_no_error():
 def test_rays_are_those_of_the_pixels():
     scene = load_scene("uniform", {"camera.size_px": [9, 5]})
     sample = sample_pixels((9, 5), 12)
-    rays = rtbow.bench_error._rays(scene, sample.rows, sample.columns)
+    rays = rtbow.bench.error._rays(scene, sample.rows, sample.columns)
     expected = pixel_directions(scene.camera)[sample.rows, sample.columns]
     np.testing.assert_array_equal(rays, expected)
     assert radiance_along(scene, rays[:2]).shape == (2, 3)
@@ -364,9 +381,9 @@ def test_points_that_would_take_too_long_are_skipped(monkeypatch):
         seen.append(row.scaling["value"])
         frame_ms = 125.0 * row.scaling["value"]
         done = replace(row, frame_ms=frame_ms, first_frame_ms=frame_ms + 500.0)
-        return rtbow.bench.Measurement(done)
+        return rtbow.bench.run.Measurement(done)
 
-    monkeypatch.setattr(rtbow.bench_scaling, "measure", slow)
+    monkeypatch.setattr(rtbow.bench.scaling, "measure", slow)
     rows = run_scaling("uniform", QUICK, 12.0, axes={"steps": (8, 16, 32, 64)})
     # Half a second of set-up and five frames: 5.5 s, 10.5 s, 20.5 s, 40.5 s.
     assert seen == [8, 16]
@@ -379,7 +396,7 @@ def test_nothing_follows_a_point_that_took_too_long(monkeypatch):
     def slow(scene, row, *args):
         raise TooSlowError("a frame takes 9 s")
 
-    monkeypatch.setattr(rtbow.bench_scaling, "measure", slow)
+    monkeypatch.setattr(rtbow.bench.scaling, "measure", slow)
     first, second = run_scaling("uniform", QUICK, 2.0, axes={"steps": (8, 16)})
     assert first.skipped == "a frame takes 9 s; a point may take 2 s"
     assert second.skipped == "more than the point before; may take 2 s"
@@ -389,11 +406,11 @@ def test_a_frame_beyond_the_limit_ends_its_point():
     scene = QUICK.scene("uniform", {})
     row = BenchRow("uniform", "spectral", {}, {}, SMALL)
     with pytest.raises(TooSlowError):
-        rtbow.bench.measure(scene, row, QUICK, limit_s=1e-3)
+        rtbow.bench.run.measure(scene, row, QUICK, limit_s=1e-3)
 
 
 def test_too_large_a_grid_is_not_tried(monkeypatch):
-    monkeypatch.setattr(rtbow.bench_scaling, "free_mib", lambda: 10.0)
+    monkeypatch.setattr(rtbow.bench.scaling, "free_mib", lambda: 10.0)
     plan = replace(QUICK, size_px=(8, 4))
     small, large = run_scaling("uniform", plan, axes={"grid": (2, 256)})
     assert small.skipped is None
@@ -516,7 +533,7 @@ def test_plots_are_written(tmp_path, suffix):
 def test_logarithmic_axes_show_a_decade_with_numbers(monkeypatch, ratio):
     """Also where errors, times or sizes are alike: what tells them apart is then noise."""
     figures = []
-    monkeypatch.setattr("rtbow.bench_report.save", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("rtbow.bench.report.save", lambda figure, path: figures.append(figure))
     # Not from 1, 2 or 5 on, where ticks are.
     speed = [made_up(ms=3.3 * one, error=0.33 * one, floor_ms=3.3) for one in (1.0, ratio)]
     steps = [

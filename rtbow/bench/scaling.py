@@ -13,17 +13,16 @@ import numpy as np
 
 from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
-from rtbow.bench import (
+from rtbow.bench.memory import free_mib
+from rtbow.bench.row import BenchRow, with_device
+from rtbow.bench.run import (
     LEAST_SLOW_FRAMES,
-    BenchRow,
     Plan,
     Show,
     TooSlowError,
     measure,
     no_show,
-    with_device,
 )
-from rtbow.bench_memory import free_mib
 from rtbow.scene.lights import PointLight
 from rtbow.scene.model import Scene
 from rtbow.world.rain.volume import scene_volume

@@ -1,0 +1,1 @@
+"""Speed against error: times, errors, memory and scaling of every method."""
