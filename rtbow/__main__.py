@@ -1,6 +1,6 @@
 """``python -m rtbow``."""
 
-from rtbow.cli import main
+from rtbow.cli.main import main
 
 if __name__ == "__main__":  # processes that the window starts import this, too
     main()

@@ -26,7 +26,7 @@ class Result:
 def spawn(*args: str, cwd: Path, code: str = "", **options) -> subprocess.Popen[str]:
     """Start the command line as a process of its own; ``code`` runs before it."""
     env = {**os.environ, "PYTHONPATH": str(ROOT), **options.pop("env", {})}
-    start = ["-c", f"{code}\nfrom rtbow.cli import main\nmain()"] if code else ["-m", "rtbow"]
+    start = ["-c", f"{code}\nfrom rtbow.cli.main import main\nmain()"] if code else ["-m", "rtbow"]
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     # Whoever runs the tests in the background of a shell has Ctrl-C ignored, and so have they.
     streams.setdefault("preexec_fn", lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-import rtbow.cli
+import rtbow.cli.main
 import rtbow.render.renderer
 from command_line import Result
 from rtbow.gl.context import Backend, GlContext, open_context
@@ -97,7 +97,7 @@ def call(
     def run(*args: str) -> Result:
         monkeypatch.setattr(sys, "argv", ["rtbow", *args])
         with pytest.raises(SystemExit) as stop:
-            rtbow.cli.main()
+            rtbow.cli.main.main()
         out, err = capsys.readouterr()
         assert isinstance(stop.value.code, int)
         return Result(stop.value.code, out, err)

@@ -53,7 +53,7 @@ from rtbow.bench.scaling import (
     run_scaling,
     write_smooth_volume,
 )
-from rtbow.cli import rtbow as command_line
+from rtbow.cli.main import rtbow as command_line
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.reference.render import radiance_along, render_reference

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from rtbow.base.errors import InputError
-from rtbow.cli import rtbow
+from rtbow.cli.main import rtbow
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.study.charts import Setup, profiles
 from rtbow.study.lee import lee_raster

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtbow.cli_options import (
+from rtbow.cli.options import (
     SceneName,
     WholeNumber,
     backend_option,

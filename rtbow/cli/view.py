@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtbow.cli_options import (
+from rtbow.cli.options import (
     WholeNumber,
     backend_option,
     exposure_option,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.base.errors import InputError
-from rtbow.cli_options import (
+from rtbow.cli.options import (
     WholeNumber,
     backend_option,
     exposure_option,

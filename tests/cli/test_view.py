@@ -257,7 +257,7 @@ def act(viewer, frames=None, screenshot=None):
 app.Viewer.run = act
 if __name__ == "__main__":
     sys.argv = ["rtbow", "view", SCENE, "--size", "64x36"]
-    from rtbow.cli import main
+    from rtbow.cli.main import main
     main()
 """
 

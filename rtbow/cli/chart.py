@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtbow.cli_options import Numbers, Option, Verb, progress_bar, quiet_option, two_sides
+from rtbow.cli.options import (
+    Numbers,
+    Option,
+    Verb,
+    progress_bar,
+    quiet_option,
+    two_sides,
+)
 from rtbow.physics.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:

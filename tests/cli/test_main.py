@@ -22,7 +22,7 @@ import pytest
 from PIL import Image
 
 import rtbow.base.files
-import rtbow.cli
+import rtbow.cli.main
 import rtbow.gl.context
 import rtbow.render.renderer
 from command_line import (
@@ -747,7 +747,9 @@ def test_sigterm_while_writing(call, tmp_path, monkeypatch, suffix, step):
 
 
 def test_sigterm_that_is_ignored_stays_so(call, monkeypatch):
-    monkeypatch.setattr(rtbow.cli.rtbow, "main", lambda **_: signal.raise_signal(signal.SIGTERM))
+    monkeypatch.setattr(
+        rtbow.cli.main.rtbow, "main", lambda **_: signal.raise_signal(signal.SIGTERM)
+    )
     before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
         assert call() == Result(0, "", "")
@@ -831,7 +833,7 @@ def commands(group: click.Group, *names: str):
             yield from commands(command, *names, name)
 
 
-VERBS = dict(commands(rtbow.cli.rtbow))
+VERBS = dict(commands(rtbow.cli.main.rtbow))
 
 
 @pytest.mark.parametrize("names", [(), *VERBS], ids=" ".join)
@@ -909,9 +911,9 @@ def test_ctrl_c_within_compiled_code(monkeypatch, capsys):
         except KeyboardInterrupt as error:
             raise SystemError("returned a result with an exception set") from error
 
-    monkeypatch.setattr(rtbow.cli.rtbow, "main", call)
+    monkeypatch.setattr(rtbow.cli.main.rtbow, "main", call)
     with pytest.raises(SystemExit) as stop:
-        rtbow.cli.main()
+        rtbow.cli.main.main()
     assert stop.value.code == 130
     assert capsys.readouterr().err == "interrupted; nothing was left half written\n"
 
@@ -923,7 +925,7 @@ def test_sigterm_within_compiled_code(call, monkeypatch):
         except SystemExit as error:
             raise SystemError("returned a result with an exception set") from error
 
-    monkeypatch.setattr(rtbow.cli.rtbow, "main", work)
+    monkeypatch.setattr(rtbow.cli.main.rtbow, "main", work)
     assert call() == Result(143, "", "terminated; nothing was left half written\n")
 
 
@@ -931,6 +933,6 @@ def test_other_system_errors_are_defects(monkeypatch):
     def call(**_):
         raise SystemError("something else")
 
-    monkeypatch.setattr(rtbow.cli.rtbow, "main", call)
+    monkeypatch.setattr(rtbow.cli.main.rtbow, "main", call)
     with pytest.raises(SystemError):
-        rtbow.cli.main()
+        rtbow.cli.main.main()
