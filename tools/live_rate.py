@@ -49,7 +49,7 @@ def measure(name: str, size: tuple[int, int], seconds: float) -> None:
     """Print frame rates, render scales and the longest stop of the window."""
     from rtbow.scene.text.file import load_scene
     from rtbow.view.app import Viewer
-    from rtbow.view.edits import Opened
+    from rtbow.view.document.edits import Opened
     from screen import Hands, virtual_screen  # type: ignore[import-not-found]  # of the tests
 
     with virtual_screen(*_SCREEN) as screen:

@@ -31,7 +31,7 @@ def take(path: Path, name: str, screen: str, act: Callable[[Viewer, Any], None])
     from rtbow.frames.image import write_png
     from rtbow.scene.text.file import load_scene
     from rtbow.view.app import Viewer
-    from rtbow.view.edits import Opened
+    from rtbow.view.document.edits import Opened
     from screen import Hands  # type: ignore[import-not-found]  # of the tests
 
     scene = load_scene(name, {"camera.size_px": _SIZE})

@@ -65,7 +65,7 @@ def view(
         check_writable(screenshot, (".png",))
     loaded = load_scene(scene, overrides)
     from rtbow.view.app import Viewer
-    from rtbow.view.edits import Opened
+    from rtbow.view.document.edits import Opened
 
     typed = tuple(typed_override(*one) for one in overrides.items())
     viewer = Viewer(Opened(loaded, scene, typed), method, backend, exposure, watch=watch)

@@ -16,10 +16,9 @@ from rtbow.frames.image import FRAME_SUFFIXES
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import DEFAULT_SCENE
 from rtbow.scene.text.values import changed_scene, values_of
-from rtbow.view.edits import Edits, Opened
-from rtbow.view.help import draw_help
-from rtbow.view.hud import Hud
-from rtbow.view.messages import (
+from rtbow.view.document.edits import Edits, Opened
+from rtbow.view.document.files import SceneFiles
+from rtbow.view.document.messages import (
     DrawFrame,
     Failed,
     FrameDrawn,
@@ -28,16 +27,17 @@ from rtbow.view.messages import (
     Reply,
     failure_of,
 )
-from rtbow.view.names import free_name
-from rtbow.view.pace import Order, Pace
-from rtbow.view.panel import Panel
-from rtbow.view.recovery import Recovered
-from rtbow.view.scene_files import SceneFiles
-from rtbow.view.side_jobs import SideJobs
-from rtbow.view.stage import Stage
-from rtbow.view.state import OVERLAYS, ViewState
-from rtbow.view.steering import Steering
-from rtbow.view.worker import Worker
+from rtbow.view.document.names import free_name
+from rtbow.view.document.recovery import Recovered
+from rtbow.view.document.state import OVERLAYS, ViewState
+from rtbow.view.panel.whole import Panel
+from rtbow.view.picture.hud import Hud
+from rtbow.view.picture.steering import Steering
+from rtbow.view.window.help import draw_help
+from rtbow.view.window.stage import Stage
+from rtbow.view.worker.handle import Worker
+from rtbow.view.worker.pace import Order, Pace
+from rtbow.view.worker.side import SideJobs
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
@@ -314,7 +314,7 @@ class Viewer:
         if changed:
             self.state.wake()
 
-    # --- what the panel and the picture ask for (rtbow.view.state.Actions, rtbow.view.hud.Host) -
+    # --- what the panel and the picture ask for (rtbow.view.document.state.Actions, rtbow.view.picture.hud.Host) -
 
     def change(self, changes: dict[str, object], gesture: object = None) -> str:
         """Replace values of the scene; give what is wrong with them, or nothing."""

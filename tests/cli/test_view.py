@@ -91,7 +91,7 @@ import sys, time
 from pathlib import Path
 from rtbow.scene.text.file import load_scene
 from rtbow.view.app import Viewer
-from rtbow.view.edits import Opened
+from rtbow.view.document.edits import Opened
 
 def main():
     scene, shader = Path(sys.argv[1]), Path(sys.argv[2])
@@ -204,7 +204,7 @@ import sys, time
 from rtbow.base.resources import resource_dir
 from rtbow.scene.text.file import builtin_scenes, load_scene
 from rtbow.view.app import Viewer
-from rtbow.view.edits import Opened
+from rtbow.view.document.edits import Opened
 
 def main():
     viewer = Viewer(Opened(load_scene("uniform"), "uniform"), watch=True)

@@ -1,0 +1,1 @@
+"""The scene that the window holds: edits, undo, files, recovery."""

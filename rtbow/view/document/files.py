@@ -1,0 +1,175 @@
+"""The scene's files: opened, saved, watched, and kept safe while they are not saved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.resources import resource_dir
+from rtbow.scene.text.file import (
+    DEFAULT_SCENE,
+    builtin_scenes,
+    load_scene,
+    parse_set,
+)
+from rtbow.scene.text.values import scene_files
+from rtbow.view.document.edits import Edits, Opened
+from rtbow.view.document.recovery import (
+    KEEP_AFTER_S,
+    Recovered,
+    Recovery,
+    recovered_path,
+)
+from rtbow.view.document.watch import Watch
+
+if TYPE_CHECKING:
+    from rtbow.view.document.state import ViewState
+
+_MOST_RECENT = 10
+_NAMING = ("droplets", "light", "compare")
+"""Tables of the scene that may name files."""
+
+
+class SceneFiles:
+    """Opens and saves scenes; keeps what is not saved in files of its own.
+
+    Args:
+        edits: the scene.
+        state: where what is wrong with files is shown.
+        watching: whether changed files are taken over.
+
+    Attributes:
+        count: how many scenes were opened.
+    """
+
+    def __init__(self, edits: Edits, state: ViewState, *, watching: bool) -> None:
+        self._edits, self._state, self._watching = edits, state, watching
+        self._watch = Watch()
+        self._recovery, self._recovered = Recovery(), False
+        self._seen = self._kept = edits.scene
+        self._changed_s: float | None = None
+        self.count = 1
+        self._follow(anew=True)
+        self._tell_of_recovered()
+
+    def open(self, name: str | None, overrides: tuple[str, ...] = (), *, of: str = "open") -> bool:
+        """Open a built-in scene or a file; give whether that went well.
+
+        Args:
+            name: as ``rtbow view`` takes it.
+            overrides: as after ``--set``.
+            of: under which what is wrong with it is told.
+        """
+        try:
+            scene = load_scene(name, dict(parse_set(text) for text in overrides))
+        except InputError as error:
+            self._state.tell(of, str(error))
+            return False
+        self._state.tell("file")
+        self._keep_unsaved()  # undo brings it back, but only while the window is open
+        before = self._edits.opened, self._edits.scene
+        self._edits.open(Opened(scene, name, overrides))
+        if self._edits.scene is before[1]:  # its file has come to be the same
+            self._recovery.forget(before[0])
+        self._seen = self._kept = self._edits.scene
+        self.count += 1
+        self._state.tell("open")
+        self._follow(anew=of == "open")
+        self._state.wake()
+        if of == "open" and name is not None:
+            self._note_recent(name)
+            self._tell_of_recovered()
+        return True
+
+    def _note_recent(self, name: str) -> None:
+        recent = [name, *(n for n in self._state.recent if n != name)]
+        self._state.recent = recent[:_MOST_RECENT]
+
+    def _tell_of_recovered(self) -> None:
+        """Tell of a file that an earlier window left of this scene, and nobody has opened yet."""
+        opened = self._edits.opened
+        path = recovered_path(opened)
+        own = opened.file is None or path == opened.file or self._recovery.keeps(path)
+        if not own and path.is_file():
+            self._state.notify(f"{path}: changes that were not saved; drop it here to see them")
+
+    def save(self, path: str, *, replace: bool = False) -> None:
+        """Write the scene as TOML, over a file that was not opened here only if it is to."""
+        before = self._edits.opened
+        self._state.replacing = ()
+        try:
+            self._edits.save(Path(path), replace=replace)
+        except RtbowError as error:
+            if self._state.panel_open and not replace and self._edits.replaces(Path(path)):
+                self._state.replacing = (path,)  # the panel asks
+                self._state.wake()
+                return
+            self._state.notify(str(error), "error")
+            return
+        self._recovery.forget(before)
+        self._kept = self._edits.scene
+        self._state.tell("file")  # what was wrong with it has been written over
+        self._note_recent(path)
+        self._follow(anew=True)
+        self._state.notify(f"saved {path}")
+
+    def look_at_scene(self, now: float) -> None:
+        """Take over that the scene is another; ``now`` in seconds of one clock."""
+        scene, before = self._edits.scene, self._seen
+        if scene is not before:
+            self._seen = scene
+            self._state.tell("open")
+            if any(getattr(scene, key) is not getattr(before, key) for key in _NAMING):
+                self._follow()
+        if scene is self._kept:
+            self._changed_s = None
+        elif self._changed_s is None:
+            self._changed_s = now
+        elif now - self._changed_s >= KEEP_AFTER_S:
+            self._keep_unsaved()
+
+    def look_at_files(self, now: float) -> set[str]:
+        """Take over a scene's file that has changed, if they are watched.
+
+        Returns:
+            What has changed: of ``scene``, ``data`` that it names, and ``shaders``.
+        """
+        if not self._watching:
+            return set()
+        changed = self._watch.changed(now)
+        if "scene" in changed:
+            self.open(self._edits.opened.name, self._edits.opened.overrides, of="file")
+        return changed
+
+    def _follow(self, *, anew: bool = False) -> None:
+        if not self._watching:
+            return
+        opened = self._edits.opened
+        file = opened.file or builtin_scenes().get(opened.name or DEFAULT_SCENE)
+        self._watch.follow("scene", [file] if file is not None else [], anew=anew)
+        self._watch.follow("data", map(Path, scene_files(self._edits.scene)))
+        self._watch.follow("shaders", sorted(resource_dir("shaders").iterdir()))
+
+    def _keep_unsaved(self) -> None:
+        self._kept, self._changed_s = self._edits.scene, None
+        if self._edits.unsaved:
+            self._recovery.keep(self._edits.opened, self._edits.scene)
+        else:
+            self._recovery.forget(self._edits.opened)
+
+    def recover(self, *, cameras: bool = False) -> list[Recovered]:
+        """Write the unsaved changes of all scenes that were opened, and tell where they are.
+
+        Args:
+            cameras: also those of the camera alone.
+        """
+        self._recovered = True
+        if self._edits.unsaved:
+            self._keep_unsaved()
+        return self._recovery.finish(cameras=cameras)
+
+    def close(self) -> None:
+        """Remove what was kept, unless it was recovered."""
+        if not self._recovered:
+            self._recovery.discard()

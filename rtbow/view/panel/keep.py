@@ -1,0 +1,131 @@
+"""Saving frames, scenes and the command, in the panel."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from imgui_bundle import imgui
+
+from rtbow.frames.image import FRAME_SUFFIXES
+from rtbow.view import look, widgets
+from rtbow.view.document.edits import Edits
+from rtbow.view.document.names import free_name
+from rtbow.view.document.state import Actions, ViewState
+from rtbow.view.panel.rows import Row, own_row
+from rtbow.view.panel.ui import Ui
+
+_FRAME = own_row(
+    "keep.frame",
+    "frame",
+    "where the picture is written, without the ending: radiance as .exr, what the screen shows as "
+    ".png; at the scene's own size (Ctrl+E)",
+    option="-o FILE",
+)
+_SCENE = own_row("keep.scene", "scene", "where the scene is written, as .toml (Ctrl+S)")
+_LOOK_S = 1.0
+"""Between looks at which names are free."""
+
+
+class Keep:
+    """Saves frames and scenes, under names that can be typed.
+
+    Args:
+        actions: what the window does.
+    """
+
+    def __init__(self, actions: Actions) -> None:
+        self._actions = actions
+        self._typed: dict[str, str] = {}
+        self._scene: str | None = None
+        self._free: dict[tuple[str, ...], tuple[float, str]] = {}
+        self._suffixes = dict.fromkeys(FRAME_SUFFIXES, True)
+
+    def draw(self, ui: Ui, edits: Edits, state: ViewState) -> None:
+        """Draw the fields and buttons."""
+        if edits.opened.name != self._scene:
+            self._scene = edits.opened.name
+            self._typed.clear()
+            state.replacing = ()
+        stem = Path(self._scene or "default").stem
+        file = edits.opened.file
+        self._draw_frame(ui, state, stem)
+        free = f"{self._free_name(stem, ('.toml',))}.toml"
+        name = self._field(ui, state, _SCENE, str(file) if file else free)
+        imgui.set_cursor_pos_x(ui.value_x)
+        if imgui.button("Save scene", imgui.ImVec2(ui.value_width, 0.0)):
+            path = name if name.lower().endswith(".toml") else f"{name}.toml"
+            if edits.replaces(Path(path)):
+                state.replacing = (path,)
+            else:
+                self._actions.save_scene(path)
+        ui.note("keep/save scene")
+        if imgui.button("Copy command", imgui.ImVec2(ui.right_edge - ui.left, 0.0)):
+            self._actions.copy_command()
+        ui.note("keep/copy command")
+        imgui.set_item_tooltip("The command line that makes this picture again (Ctrl+C)")
+
+    def _draw_frame(self, ui: Ui, state: ViewState, stem: str) -> None:
+        name = self._field(ui, state, _FRAME, self._free_name(stem, FRAME_SUFFIXES))
+        for suffix, on in self._suffixes.items():
+            self._suffixes[suffix] = imgui.checkbox(f"{suffix}##keep", on)[1]
+            ui.note(f"keep/{suffix}")
+            imgui.same_line()
+        imgui.set_cursor_pos_x(ui.value_x)
+        chosen = tuple(suffix for suffix, on in self._suffixes.items() if on)
+        imgui.begin_disabled(not chosen)
+        if imgui.button("Save frame", imgui.ImVec2(ui.value_width, 0.0)):
+            base = name[:-4] if name.lower().endswith(FRAME_SUFFIXES) else name
+            paths = tuple(f"{base}{suffix}" for suffix in chosen)
+            if any(map(os.path.lexists, paths)):
+                state.replacing = paths
+            else:
+                self._actions.save_frame(paths)
+                self._free.clear()  # its name is taken now
+        imgui.end_disabled()
+        ui.note("keep/save frame")
+
+    def draw_question(self, ui: Ui, edits: Edits, state: ViewState) -> None:
+        """Ask whether a file shall be replaced, if that is the question."""
+        paths = state.replacing
+        if not paths:
+            return
+        scene = paths[0].lower().endswith(".toml")
+        there = ", ".join(path for path in paths if os.path.lexists(path))
+        question = edits.question(Path(paths[0])) if scene else f"{there}: there already"
+        ui.wrapped(f"{question}.", look.WARNING)
+        width = (ui.right_edge - ui.left - ui.gap) / 2
+        for name in ("Replace it", "Leave it"):
+            if imgui.button(name, imgui.ImVec2(width, 0.0)):
+                state.replacing = ()
+                if name == "Replace it" and scene:
+                    self._actions.save_scene(paths[0], replace=True)
+                elif name == "Replace it":
+                    self._actions.save_frame(paths)
+            ui.note(f"keep/{name.lower()}")
+            imgui.same_line(0.0, ui.gap)
+        imgui.new_line()
+
+    def _field(self, ui: Ui, state: ViewState, row: Row, default: str) -> str:
+        """Draw a field for a name; give the name."""
+
+        def take(value: object, gesture: object) -> str:
+            self._typed[row.path] = str(value).strip()
+            state.replacing = ()
+            return ""
+
+        name = self._typed.get(row.path, default)
+        if ui.begin_row(row, False):
+            ui.label(row.label)
+            widgets.text(ui, row.path, name, ui.value_width, take)
+            ui.end_row()
+        return name
+
+    def _free_name(self, stem: str, suffixes: tuple[str, ...]) -> str:
+        """Give a name in the current folder that no file has, without an ending."""
+        now = imgui.get_time()
+        looked_s, name = self._free.get((stem, *suffixes), (-_LOOK_S, ""))
+        if now - looked_s >= _LOOK_S:
+            name = free_name(stem, suffixes)
+            self._free[(stem, *suffixes)] = now, name
+        return name

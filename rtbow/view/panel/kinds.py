@@ -1,0 +1,272 @@
+"""Tables of another kind than the scene has: valid at once, and keeping what carries over."""
+
+from __future__ import annotations
+
+import math
+import re
+import zipfile
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel
+
+from rtbow.base.errors import InputError
+from rtbow.base.resources import resource_dir
+from rtbow.physics.geometry import direction
+from rtbow.scene.droplets import Droplets, density_key
+from rtbow.scene.model import Scene
+from rtbow.scene.text.schema import Node
+from rtbow.view.panel.rows import Row, rounded, rows_of
+from rtbow.view.picture.overlays import box_of
+from rtbow.view.picture.projection import azimuth_altitude_deg
+from rtbow.world.spectra import load_spectrum
+
+Values = dict[str, object]
+
+DEFAULT_BOX_M = [[-1500.0, 200.0, 0.0], [1500.0, 1200.0, 1100.0]]
+"""A curtain of rain north of the eye."""
+GRID = [32, 32, 32]
+_RADIUS_UM = 500.0
+_SPREAD = 0.2
+"""Relative standard deviation of drops that were all alike."""
+_DENSITIES: Values = {"number_per_m3": 1000.0, "rain_rate_mm_h": 5.0}
+_EXPONENT = 2.0
+_LAMP_AWAY_M, _LAMP_UP_M = 5.0, 4.0
+"""From the eye to a lamp that takes a sun's place."""
+_LAMP_LM = 8000.0
+_MEANS = ("radius_um", "mean_um", "median_um", "effective_radius_um")
+_FILE = "shower.npz"
+_IN_VOLUME = ("radius_um", "number_per_m3", "box_m")
+
+
+def radius_table(droplets: Droplets, kind: str, kinds: Node) -> Values:
+    """Give what the droplets need for drops of another distribution.
+
+    Args:
+        droplets: as they are.
+        kind: the new distribution.
+        kinds: the schema's node of all distributions.
+
+    Returns:
+        Changes by key inside ``droplets``.
+    """
+    before = droplets.radius
+    old: Values = {} if before is None else before.model_dump()
+    mean, spread = _mean(old), _spread(old)
+    table: Values = {"distribution": kind}
+    for row in _rows(kinds.kind(kind)):
+        if row.name == "distribution":
+            continue
+        if row.name == "mixing" and row.name not in old:
+            table[row.name] = "local" if droplets.grid is None else "per-point"
+        elif row.name in old:
+            table[row.name] = old[row.name]
+        else:
+            table[row.name] = _within(row, _of_sizes(row.name, kind, mean, spread))
+    changes: Values = {"radius": {key: value for key, value in table.items() if value is not None}}
+    key = density_key(kind)
+    if droplets.density is None or getattr(droplets.density, key) is None:
+        changes["density"] = {key: _DENSITIES[key]}
+    return changes
+
+
+def _mean(old: Values) -> float:
+    for name in _MEANS:
+        if name in old:
+            return _number(old[name])
+    if "min_um" in old:
+        return 0.5 * (_number(old["min_um"]) + _number(old["max_um"]))
+    return _RADIUS_UM
+
+
+def _spread(old: Values) -> float:
+    if "std_um" in old:
+        return _number(old["std_um"]) / _mean(old)
+    if "log_std" in old:
+        return _number(old["log_std"])
+    if "effective_variance" in old:
+        return math.sqrt(_number(old["effective_variance"]))
+    if "min_um" in old:
+        width = _number(old["max_um"]) - _number(old["min_um"])
+        return width / (math.sqrt(12.0) * _mean(old))
+    return _SPREAD
+
+
+def _number(value: object) -> float:
+    assert isinstance(value, int | float)
+    return float(value)
+
+
+def _of_sizes(name: str, kind: str, mean: float, spread: float) -> float | None:
+    """Give a new distribution's parameter for drops of a mean radius and relative spread."""
+    half = min(math.sqrt(3.0) * spread, 0.9)
+    # Rain has ever fewer drops of ever larger sizes: its range is wide.
+    ends = (0.2, 3.0) if kind == "marshall-palmer" else (1.0 - half, 1.0 + half)
+    found = {
+        **dict.fromkeys(_MEANS, mean),
+        "min_um": mean * ends[0],
+        "max_um": mean * ends[1],
+        "std_um": mean * spread,
+        "log_std": spread,
+        "effective_variance": spread**2,
+        "exponent": _EXPONENT,
+    }
+    return found.get(name)
+
+
+def _within(row: Row, value: float | None) -> object:
+    """Give a number in few digits inside a key's range; without one what the schema suggests."""
+    if value is None:
+        return start_of(row)
+    low, high = -math.inf, math.inf
+    for limit in row.node.metadata:
+        low, high = getattr(limit, "ge", low), getattr(limit, "le", high)
+    return min(max(rounded(value, 3), low), high)
+
+
+def start_of(row: Row) -> object:
+    """Give a value for a key that has none so far: its default, or one amid its usual range."""
+    if row.node.default is not None:
+        return row.node.default
+    if row.kind in ("choice", "tag", "boxes"):
+        return row.choices[0] if row.choices else [1]
+    if row.kind == "flag":
+        return True
+    if row.kind == "table":
+        return {} if len(row.node.models) == 1 else fresh(Node.of(row.node.models[0]))
+    item = row.node
+    shape: list[int] = []
+    while item.items:
+        shape.append(len(item.items))
+        item = Node.of(item.items[0])
+    number = row.start
+    if len(shape) == 2 and row.kind == "corners":
+        half = abs(row.slide.high) / 4 if row.slide else 1.0
+        return [[number - half] * shape[1], [number + half] * shape[1]]
+    return [number] * shape[0] if shape else number if row.kind == "number" else row.name
+
+
+def fresh(node: Node, **given: object) -> Values:
+    """Give a table of one kind with all that it requires.
+
+    Args:
+        node: of the one kind.
+        **given: values that are known.
+    """
+    table: Values = {}
+    for row in _rows(node):
+        if row.name in given:
+            table[row.name] = given[row.name]
+        elif row.kind == "choice" and len(row.choices) == 1:
+            table[row.name] = row.choices[0]
+        elif node.models[0].model_fields[row.name].is_required():
+            table[row.name] = start_of(row)
+    return table
+
+
+def other_kind(table: BaseModel, kind: str, kinds: Node) -> Values:
+    """Give a table of another kind, with what it has in common with the one before.
+
+    Args:
+        table: as it is.
+        kind: the new one's.
+        kinds: the schema's node of all kinds.
+    """
+    node = kinds.kind(kind)
+    old = table.model_dump(exclude_none=True)
+    common = [row.name for row in _rows(node) if row.kind != "choice" or len(row.choices) > 1]
+    return fresh(node, **{name: old[name] for name in common if name in old})
+
+
+def _rows(node: Node) -> tuple[Row, ...]:
+    return rows_of("", node.models[0])
+
+
+def light_table(scene: Scene, light: BaseModel | None, kind: str, kinds: Node) -> Values:
+    """Give a light of a kind, in place of another or beside the scene's.
+
+    A lamp hangs where the sun was seen, near the eye; a sun stands where the lamp was seen.
+
+    Args:
+        scene: the scene.
+        light: the light whose place it takes; None if it is one more.
+        kind: the new light's.
+        kinds: the schema's node of all lights.
+    """
+    node = kinds.kind(kind)
+    eye = np.array(scene.camera.position_m)
+    old: Values = {} if light is None else light.model_dump()
+    given = {row.name: old[row.name] for row in _rows(node) if row.name in old}
+    given["type"] = kind
+    if "position_m" in old:
+        azimuth_deg, altitude_deg = azimuth_altitude_deg(np.array(old["position_m"]) - eye)
+        given["azimuth_deg"] = round(azimuth_deg % 360.0, 1)
+        given["altitude_deg"] = round(altitude_deg, 1)
+    else:
+        azimuth = old.get("azimuth_deg", scene.camera.azimuth_deg + 180.0)
+        away = direction(_number(azimuth), 0.0) * _LAMP_AWAY_M
+        given["position_m"] = [round(float(x), 2) for x in eye + away + [0.0, 0.0, _LAMP_UP_M]]
+    given["luminous_flux_lm"] = _LAMP_LM
+    return fresh(node, **given)
+
+
+def droplets_of_box(droplets: Droplets, kinds: Node) -> Values:
+    """Give what the droplets need to be described instead of read from a file.
+
+    The box is the file's. Its drops may be many millions, so that none of them is looked at.
+
+    Args:
+        droplets: as they are.
+        kinds: the schema's node of all distributions.
+
+    Returns:
+        Changes by key inside ``droplets``.
+    """
+    box = box_of(droplets)
+    return {
+        "file": None,
+        "box_m": DEFAULT_BOX_M if box is None else box.tolist(),
+        "radius": fresh(kinds.kind("constant"), radius_um=_RADIUS_UM),
+        "density": {"number_per_m3": _DENSITIES["number_per_m3"]},
+    }
+
+
+def problem_of_file(key: str, value: object) -> str:
+    """Say what is wrong with a file that a key is to name, of rain or of a spectrum, or nothing.
+
+    Of a volume only the list of what is in it is read; its numbers may be many.
+    """
+    if not isinstance(value, str):
+        return ""
+    if key == "droplets.file":
+        return _problem_of_volume(Path(value))
+    if re.fullmatch(r"light\.\d+\.spectrum", key):
+        try:
+            load_spectrum(value)
+        except InputError as error:
+            return str(error)
+    return ""
+
+
+def _problem_of_volume(path: Path) -> str:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = {name.removesuffix(".npy") for name in archive.namelist()}
+    except FileNotFoundError:
+        return f"{path}: volume file not found"
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return f"{path}: is not a volume file; tools/build_droplets.py makes one"
+    missing = [name for name in _IN_VOLUME if name not in names]
+    return f"{path}: lacks {', '.join(missing)}, which a volume file holds" if missing else ""
+
+
+def droplets_of_file() -> Values:
+    """Give what the droplets need to be read from a file: one of the volumes that are shipped."""
+    files = shipped_volumes()
+    first = files.get(_FILE) or next(iter(files.values()))
+    return {"file": str(first)}
+
+
+def shipped_volumes() -> dict[str, Path]:
+    """Give the volume files that come with the built-in scenes, by name."""
+    return {path.name: path for path in sorted(resource_dir("scenes").glob("*.npz"))}

@@ -1,0 +1,120 @@
+"""The head of the panel: how the picture is drawn, how long it takes, and what is wrong."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+
+from imgui_bundle import imgui
+
+from rtbow.view import look
+from rtbow.view.document.state import ViewState
+from rtbow.view.panel.ui import Ui
+
+_WINDOW_S = 1.0
+"""Over which frames are counted."""
+_ERROR = "Of 100 pixels, 99 differ by less from the truth (CIEDE2000): render.max_delta_e"
+_PATIENCE_S = 0.25
+"""Until a picture that is waited for is told of."""
+
+
+class Status:
+    """Draws the head; remembers when frames came."""
+
+    def __init__(self) -> None:
+        self._frames: deque[tuple[float, int]] = deque()
+
+    def draw(self, ui: Ui, state: ViewState) -> None:
+        """Draw it.
+
+        Args:
+            ui: of the frame.
+            state: of the window.
+        """
+        self._numbers(ui, state)
+        if not self._work(state):
+            self._error(ui, state)
+        frame = state.frame
+        if frame is not None and state.method == "auto" and frame.unsuited:
+            ui.wrapped(f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
+        if state.stale:
+            ui.wrapped(f"The last good picture: {state.stale}", look.WARNING)
+        for number, notice in enumerate(list(state.notices)):
+            if notice.severity != "error":
+                continue  # for a while over the picture, where it moves nothing
+            if imgui.button(f"x##notice {number}", (ui.row_height, ui.row_height)):
+                state.notices.remove(notice)
+            ui.note(f"notice/{number}/close")
+            imgui.same_line()
+            ui.wrapped(notice.text, look.ERROR)
+
+    def _numbers(self, ui: Ui, state: ViewState) -> None:
+        frame = state.frame
+        if frame is None:
+            imgui.text_disabled("no picture yet")
+            return
+        imgui.push_style_color(imgui.Col_.text, look.ACCENT)
+        imgui.text(frame.method)
+        imgui.pop_style_color()
+        imgui.same_line()
+        parts = [f"{1e3 * frame.seconds:.3g} ms"]
+        fps = self._fps(state)
+        if fps is not None:
+            parts.append(f"{fps:.0f} fps")
+        parts.append(f"scale {100 * state.scale:.0f} %")
+        imgui.text(" · ".join(parts))
+
+    def _error(self, ui: Ui, state: ViewState) -> None:
+        """Draw the line of the error and the device."""
+        if state.frame is None:
+            imgui.text("")
+            return
+        error, holds = error_text(state)
+        if error:
+            imgui.push_style_color(imgui.Col_.text, look.TEXT if holds else look.DIM)
+            imgui.text(error)
+            imgui.pop_style_color()
+            ui.note("status/error")
+            imgui.set_item_tooltip(_ERROR)
+            imgui.same_line(0.0, 0.0)
+        imgui.text_disabled(ui.cut(f"{' · ' if error else ''}{state.frame.renderer}"))
+
+    def _fps(self, state: ViewState) -> float | None:
+        """Frames in the last second; None while the picture stands still."""
+        now = imgui.get_time()
+        frames = self._frames
+        frames.append((now, state.frames_shown))
+        while len(frames) > 1 and now - frames[0][0] > _WINDOW_S:
+            frames.popleft()
+        begun, first = frames[0]
+        moving = state.frames_shown - first >= 2
+        return (state.frames_shown - first) / (now - begun) if moving and now > begun else None
+
+    def _work(self, state: ViewState) -> bool:
+        """Draw the bar of what takes long, in place of a line; give whether anything does."""
+        size = (-1.0, imgui.get_text_line_height())
+        if state.progress is not None:
+            share, what = state.progress
+            imgui.progress_bar(share, size, f"{what} {100 * share:.0f} %")
+            return True
+        if state.waiting_since_s is None:
+            return False
+        waited = time.perf_counter() - state.waiting_since_s
+        if waited > _PATIENCE_S:
+            imgui.progress_bar(-waited, size, f"rendering, {waited:.1f} s")
+        return waited > _PATIENCE_S
+
+
+def error_text(state: ViewState) -> tuple[str, bool]:
+    """Tell of the frame's error bound, and whether the picture on the screen keeps it.
+
+    A picture that is drawn smaller and enlarged differs by more.
+
+    Returns:
+        The text, empty where there is no bound to keep, and whether it holds as shown.
+    """
+    frame = state.frame
+    if frame is None or frame.method != "fast":
+        return "", True
+    bound = f"ΔE 99 % ≤ {frame.scene.render.max_delta_e:.3g}"
+    return (bound, True) if state.scale >= 1.0 else (f"{bound} at full size", False)

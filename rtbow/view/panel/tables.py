@@ -1,0 +1,383 @@
+"""Draws the scene's tables: every key that its models have, each by its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from functools import lru_cache
+from typing import Any
+
+from imgui_bundle import imgui
+from pydantic import BaseModel
+
+from rtbow.base.errors import InputError
+from rtbow.scene.droplets import Droplets, density_key
+from rtbow.scene.lights import PointLight, SunLight
+from rtbow.scene.model import Scene
+from rtbow.scene.text.file import parse_set
+from rtbow.scene.text.overrides import flat, plain
+from rtbow.scene.text.schema import Node, toml_text
+from rtbow.view import kinds, widgets
+from rtbow.view.document.proposals import (
+    RIGHT,
+    Proposals,
+    plain_value,
+    split_path,
+    value_at,
+)
+from rtbow.view.panel.rows import Row, own_row, rows_of
+from rtbow.view.panel.ui import Set, Ui
+
+_BY_PARTS = ("box_m", "radius", "density")
+"""What droplets need without a file."""
+_TABLES = ("radius", "density")
+_NO_FILE = ("box_m", "grid", "radius", "density")
+_SHARED = ("camera.size_px",)
+"""Keys that both sides of a split picture have in common."""
+_SOURCE = own_row(
+    "droplets.source",
+    "drops from",
+    "where the drops come from: described by their distributions, or read from a volume file",
+    "A file has the rain's own shape; a description can be changed here.",
+    "choice",
+    choices=("a description", "a file"),
+)
+_WORDS = {"point": "lamp"}
+"""What a kind is called on buttons, where it is not its own name."""
+_CORNERS = ("from", "to")
+
+
+class Tables:
+    """Draws tables of the scene and hands changes over.
+
+    Args:
+        ui: what widgets share.
+        proposals: takes changes.
+    """
+
+    def __init__(self, ui: Ui, proposals: Proposals) -> None:
+        self._ui, self._proposals = ui, proposals
+        ui.on_reset = self.reset
+
+    # --- any table ----------------------------------------------------------------------------
+
+    def table(
+        self,
+        path: str,
+        table: BaseModel,
+        *,
+        only: Collection[str] = (),
+        hidden: Collection[str] = (),
+        needed: Collection[str] = (),
+        kinds: tuple[type[BaseModel], ...] = (),
+    ) -> None:
+        """Draw all rows of a table.
+
+        Args:
+            path: of the table; empty for the scene.
+            table: its values.
+            only: keys that alone are shown; all if there are none.
+            hidden: keys that are not shown.
+            needed: keys that may not be left out here, though the model allows it.
+            kinds: all classes that it might have.
+        """
+        origin = self._origin(path)
+        alike = type(origin) is type(table)
+        for row in rows_of(path, type(table), kinds):
+            if row.name not in hidden and (not only or row.name in only):
+                value = getattr(table, row.name)
+                # Of another kind of table, the kind alone can be given back.
+                comparable = alike or (row.kind == "tag" and origin is not None)
+                before = getattr(origin, row.name) if comparable else value
+                self.row(row, value, before, needed=row.name in needed)
+
+    def _origin(self, path: str) -> Any:
+        return value_at(self._proposals.origin, split_path(path)) if path else None
+
+    def row(self, row: Row, value: Any, before: Any, *, needed: bool = False) -> None:
+        """Draw one key.
+
+        Args:
+            row: what is known of it.
+            value: as it is.
+            before: as it was opened.
+            needed: whether it may not be left out here.
+        """
+        if row.kind == "table":
+            self._table_in(row, value, before, needed=needed)
+            return
+        if row.kind == "tables":
+            self._list(row, value)
+            return
+        ui = self._ui
+        differs = value != before
+        if not ui.begin_row(row, differs):
+            return
+        shared = self._proposals.right and row.path in _SHARED
+        if shared:
+            imgui.begin_disabled()
+        ui.label(row.label)
+        if row.optional and not needed:
+            self._on_off(row, value)
+            if value is not None:
+                imgui.same_line(0.0, ui.gap)
+        if value is not None or not row.optional:
+            self._value(row, value)
+        if differs and not shared and ui.reset_button(row):
+            self.reset(row)
+        if value is not None and row.kind in ("vector", "corners"):
+            self._lines(row, value)
+        if shared:
+            imgui.end_disabled()
+        ui.end_row()
+
+    def _set(self, row: Row) -> Set:
+        def change(value: object, gesture: object) -> str:
+            if row.kind in ("path", "spectrum"):
+                value = value.strip() if isinstance(value, str) else value
+                problem = kinds.problem_of_file(row.path, value)
+                if problem:
+                    return problem
+            return self._proposals.change(self._change(row, value), gesture)
+
+        return change
+
+    def _set_item(self, path: str) -> Set:
+        return lambda value, gesture: self._proposals.change({path: value}, gesture)
+
+    def _change(self, row: Row, value: object) -> dict[str, object]:
+        """Give the change of one key, with what it needs beside it."""
+        changes = {row.path: value}
+        drops = self._proposals.scene.droplets
+        if row.path == "droplets.radius.mixing" and value == "per-point" and drops.grid is None:
+            changes["droplets.grid"] = kinds.GRID
+        return changes
+
+    def reset(self, row: Row) -> None:
+        """Give a row's value back; the kind of a table with all that the table had."""
+        keys = [row.path]
+        if row.kind == "tag":
+            keys = [row.path.rpartition(".")[0]]
+            if keys == ["droplets.radius"]:
+                keys += ["droplets.density", "droplets.grid"]
+        self._ui.forget(row.path)
+        self._ui.told(row.path, self._proposals.reset(*keys))
+
+    def _on_off(self, row: Row, value: Any) -> None:
+        """Draw the box of a value that may be left out, and what holds where it is."""
+        ui = self._ui
+        text = ui.fitting(row.absent.split(",")[0], "left out") if value is None else ""
+        changed, on = imgui.checkbox(f"{text}##on {row.path}", value is not None)
+        ui.note(f"{row.path}/on")
+        if changed:
+            ui.choose(row.path, kinds.start_of(row) if on else None, self._set(row))
+
+    def _value(self, row: Row, value: Any) -> None:
+        """Draw what stands beside the label."""
+        ui = self._ui
+        width = ui.reset_x - ui.gap - imgui.get_cursor_pos_x()
+        if row.kind == "number":
+            widgets.number(ui, row.path, value, width, self._set(row), row.slide, unit=row.unit)
+        elif row.kind == "flag":
+            widgets.flag(ui, row.path, value, self._set(row))
+        elif row.kind == "choice":
+            widgets.choice(ui, row.path, value, row.choices, width, self._set(row))
+        elif row.kind == "tag":
+            widgets.choice(ui, row.path, value, row.choices, width, self._set_kind(row))
+        elif row.kind == "spectrum":
+            widgets.spectrum(ui, row, value, width, self._set(row))
+        elif row.kind in ("text", "path"):
+            widgets.text(ui, row.path, value, width, self._set(row))
+        elif row.kind == "boxes":
+            widgets.boxes(ui, row, value, self._set(row))
+        elif row.kind in ("vector", "corners"):
+            imgui.text_disabled(f"in {row.unit}" if row.unit else "")
+        elif row.kind == "overrides":
+            imgui.text_disabled(f"{len(value)} of them" if len(value) > 1 else "")
+        else:
+            widgets.toml(ui, row.path, value, width, self._set(row))
+
+    def _lines(self, row: Row, value: Any) -> None:
+        """Draw what stands below the label."""
+        if row.kind == "vector":
+            self._vector(row.path, value, row)
+            return
+        for index, corner in enumerate(value):
+            self._vector(row.inside(index), corner, row, _CORNERS[index])
+
+    def _vector(self, path: str, value: Any, row: Row, lead: str = "") -> None:
+        widgets.vector(
+            self._ui, path, value, row, lambda index: self._set_item(f"{path}.{index}"), lead
+        )
+
+    # --- tables in tables ---------------------------------------------------------------------
+
+    def _table_in(self, row: Row, value: Any, before: Any, *, needed: bool) -> None:
+        """Draw a table that stands in another: its box if it may be left out, and its rows."""
+        if row.optional and not needed:
+            ui = self._ui
+            if not ui.begin_row(row, value != before):
+                return
+            ui.label(row.label)
+            self._on_off(row, value)
+            if value != before and ui.reset_button(row):
+                self.reset(row)
+            ui.end_row()
+        if value is not None:
+            self.any_table(row.path, value, row.node.models)
+
+    def any_table(self, path: str, table: Any, models: tuple[type[BaseModel], ...] = ()) -> None:
+        """Draw a table; some have rows that depend on others."""
+        if isinstance(table, Droplets):
+            self._droplets(path, table)
+        else:
+            self.table(path, table, kinds=models)
+
+    def _droplets(self, path: str, droplets: Droplets) -> None:
+        ui = self._ui
+        from_file = droplets.file is not None
+        if ui.begin_row(_SOURCE, False):
+            ui.label(_SOURCE.label)
+            width = ui.reset_x - ui.gap - imgui.get_cursor_pos_x()
+            chosen = _SOURCE.choices[from_file]
+            widgets.choice(ui, _SOURCE.path, chosen, _SOURCE.choices, width, self._set_source)
+            ui.end_row()
+        needed = {*_BY_PARTS, "file"}
+        if from_file:
+            self.table(path, droplets, only=("file",), needed=needed)
+            self.table(path, droplets, hidden={*_NO_FILE, "file"})
+            return
+        for part in _TABLES:
+            self._part(path, part, droplets)
+        self.table(path, droplets, hidden={*_TABLES, "file"}, needed=needed)
+
+    def _part(self, path: str, part: str, droplets: Droplets) -> None:
+        table = getattr(droplets, part)
+        if table is None:
+            return
+        hidden: set[str] = set()
+        needed: set[str] = set()
+        if part == "density" and droplets.radius is not None:
+            # The other key does not go with the distribution.
+            needed = {density_key(droplets.radius.distribution)}
+            hidden = {*droplets_density_keys()} - needed
+        node = _node(type(self._proposals.scene), "droplets", part)
+        self.table(f"{path}.{part}", table, hidden=hidden, needed=needed, kinds=node.models)
+
+    def _set_source(self, value: object, gesture: object) -> str:
+        droplets = self._proposals.scene.droplets
+        if value == _SOURCE.choices[1]:
+            changes = kinds.droplets_of_file()
+        else:
+            node = _node(type(self._proposals.scene), "droplets", "radius")
+            changes = kinds.droplets_of_box(droplets, node)
+        return self._proposals.change({f"droplets.{k}": v for k, v in changes.items()}, gesture)
+
+    def _set_kind(self, row: Row) -> Set:
+        """Give what replaces a table by one of another kind."""
+        place = row.path.rpartition(".")[0]
+        scene = self._proposals.scene
+
+        def change(value: object, gesture: object) -> str:
+            kind = str(value)
+            if place == "droplets.radius":
+                node = _node(type(scene), "droplets", "radius")
+                found = kinds.radius_table(scene.droplets, kind, node)
+                changes = {f"droplets.{key}": item for key, item in found.items()}
+            else:
+                path = split_path(place)
+                table, node = value_at(scene, path), _node(type(scene), *path)
+                if isinstance(table, SunLight | PointLight):
+                    changes = {place: kinds.light_table(scene, table, kind, node)}
+                else:
+                    changes = {place: kinds.other_kind(table, kind, node)}
+            return self._proposals.change(changes, gesture)
+
+        return change
+
+    # --- lists of tables ----------------------------------------------------------------------
+
+    def _list(self, row: Row, items: tuple[BaseModel, ...]) -> None:
+        """Draw a list of tables, with what adds to it and takes out of it."""
+        ui = self._ui
+        node = Node.of(row.node.items[0])
+        kind_names = _kind_names(node)
+        for number, item in enumerate(items):
+            if len(items) > 1 and self._heading(row, number, len(items)):
+                rest = [plain_value(one) for k, one in enumerate(items) if k != number]
+                ui.told(row.path, self._proposals.change({row.path: rest}))
+            self.table(f"{row.path}.{number}", item, kinds=node.models)
+        for place, kind in enumerate(kind_names or ("",)):
+            if place:
+                imgui.same_line()
+            if imgui.button(f"Add a {_WORDS.get(kind, kind)}##{row.path}"):
+                self._add(row, items, kind, node)
+            ui.note(f"{row.path}/add {kind}")
+        before = value_at(self._proposals.origin, split_path(row.path))
+        if before is not None and len(before) != len(items) and ui.reset_button(row):
+            self.reset(row)
+
+    def _add(self, row: Row, items: tuple[BaseModel, ...], kind: str, node: Node) -> None:
+        scene = self._proposals.scene
+        if row.path == "light":
+            new = kinds.light_table(scene, None, kind, node)
+        else:
+            new = kinds.fresh(node.kind(kind))
+        every = [*(plain_value(one) for one in items), new]
+        self._ui.told(row.path, self._proposals.change({row.path: every}))
+
+    def _heading(self, row: Row, number: int, count: int) -> bool:
+        """Write which item's rows follow; give whether it shall go."""
+        ui = self._ui
+        imgui.separator_text(f"{row.label} {number}" if count > 1 else row.label)  # as in keys
+        imgui.same_line(ui.reset_x - 3.5 * ui.row_height)
+        gone = imgui.small_button(f"Remove##{row.path}{number}")
+        ui.note(f"{row.path}.{number}/remove")
+        return gone
+
+    # --- what differs on the right ------------------------------------------------------------
+
+    def overrides(self, right: dict[str, Any]) -> None:
+        """Draw the keys that differ on the right of a split picture, to change or take out."""
+        ui = self._ui
+        every = dict(flat(right))
+        for key, value in every.items():
+            imgui.align_text_to_frame_padding()
+            imgui.text_disabled(f"{key} = {toml_text(plain(value))}")
+            imgui.same_line(ui.reset_x)
+            if imgui.button(f"x##{key}", (ui.row_height, ui.row_height)):
+                rest = {k: v for k, v in every.items() if k != key}
+                ui.told(RIGHT, self._proposals.change({RIGHT: rest}))
+            ui.note(f"{RIGHT}/remove {key}")
+
+        def add(text: object, gesture: object) -> str:
+            try:
+                key, value = parse_set(str(text).removeprefix("--set").strip())
+            except InputError as error:
+                return str(error)
+            problem = kinds.problem_of_file(key, value)
+            return problem or self._proposals.change({RIGHT: {**every, key: value}}, gesture)
+
+        width = ui.right_edge - ui.left
+        widgets.text(ui, RIGHT, "", width, add, hint="key = value of the right side")
+
+
+def droplets_density_keys() -> tuple[str, ...]:
+    """Name the keys of which one goes with each distribution."""
+    return density_key("constant"), density_key("marshall-palmer")
+
+
+@lru_cache(maxsize=16)
+def _node(scene: type[Scene], *path: str | int) -> Node:
+    node = Node.of(scene)
+    for part in path:
+        child = node.child(part)
+        assert child is not None
+        node = child
+    return node
+
+
+def _kind_names(node: Node) -> tuple[str, ...]:
+    """Name the kinds of table that a node may have."""
+    return next(
+        (row.choices for row in rows_of("", node.models[0], node.models) if row.kind == "tag"), ()
+    )

@@ -1,0 +1,1 @@
+"""What lies over the picture, and how it is steered."""

@@ -1,0 +1,1 @@
+"""The window itself: its events, its drawing, its looks."""

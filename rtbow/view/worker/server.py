@@ -1,0 +1,253 @@
+"""What the renderer's process does: requests in, frames out, the newest first."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rtbow.base.arrays import Progress
+from rtbow.base.errors import RtbowError
+from rtbow.view.document.messages import (
+    Begun,
+    DrawFrame,
+    Failed,
+    FrameDrawn,
+    FrameSaved,
+    Placed,
+    Progressed,
+    Request,
+    SaveFrame,
+    SpectrumTaken,
+    TakeSpectrum,
+)
+from rtbow.view.worker.frame_memory import FrameRing
+
+if TYPE_CHECKING:
+    from rtbow.gl.context import Backend
+    from rtbow.render.renderer import Renderer
+    from rtbow.scene.model import Scene
+
+LAST_WORDS_S = 2.0
+"""In which a process may end by itself."""
+_NICE = 10
+"""So that the window comes first where cores are few: with 5, llvmpipe's threads still kept it, and
+the X server, waiting for some tenths of a second."""
+_REST_S = 0.3
+"""Without requests, after which the renderer prepares for moves."""
+_GAP_S = 0.05
+"""Between two reports of progress."""
+_EXPOSURE_STRIDE = 3
+"""Of the pixels whose brightness sets the automatic exposure of a live frame."""
+
+
+class SupersededError(Exception):
+    """A newer frame was asked for while one was being drawn."""
+
+
+class _GoneError(Exception):
+    """The window has gone."""
+
+
+class Server:
+    """The process's side."""
+
+    def __init__(self, pipe: Connection, backend: Backend) -> None:
+        self._pipe, self._backend = pipe, backend
+        self._coming: SimpleQueue[Request | None] = SimpleQueue()
+        self._waiting: list[Request] = []
+        self._ring = FrameRing()
+        self._renderer: Renderer | None = None
+        self._reported = 0.0
+        self._resting = False
+
+    def listen(self) -> None:
+        """Take requests out of the pipe, so that the window never waits, and see the window go."""
+        try:
+            while True:
+                self._coming.put(self._pipe.recv())
+        except (EOFError, OSError):
+            self._coming.put(None)
+        # What is being done may not look at requests for minutes.
+        time.sleep(LAST_WORDS_S)
+        with suppress(Exception):
+            self._ring.free()
+        os._exit(1)
+
+    def serve(self) -> None:
+        """Do what is asked for until the window goes."""
+        try:
+            while True:
+                if not self._waiting:
+                    self._rest()
+                self._receive()
+                request = self._waiting.pop(0)
+                try:
+                    self._do(request)
+                except SupersededError:
+                    continue
+                except _GoneError:
+                    break
+                except RtbowError as error:
+                    kind = {2: "input", 3: "machine"}.get(error.exit_code, "defect")
+                    self._pipe.send(Failed(request.number, kind, str(error)))  # type: ignore[arg-type]
+                except Exception:
+                    self._pipe.send(Failed(request.number, "defect", traceback.format_exc()))
+        except (_GoneError, BrokenPipeError, ConnectionError):
+            pass
+        finally:
+            self._close()
+
+    def _rest(self) -> None:
+        """Wait for a request, and prepare for moves if none comes at once."""
+        try:
+            self._take(self._coming.get(timeout=_REST_S))
+        except Empty:
+            self._prepare_moves()
+            self._take(self._coming.get())
+
+    def _prepare_moves(self) -> None:
+        """Make the tables that moves of camera and light take, before somebody waits for them."""
+        if self._renderer is None or not self._resting:
+            return
+        self._resting = False
+        try:
+            self._renderer.prepare_moves()
+        except RtbowError:
+            pass  # it will be said when it is asked for
+        except Exception:
+            self._pipe.send(Failed(0, "defect", traceback.format_exc()))
+
+    def _receive(self) -> None:
+        """Take over what has come."""
+        with suppress(Empty):
+            while True:
+                self._take(self._coming.get_nowait())
+
+    def _take(self, request: Request | None) -> None:
+        """Take over a request; a newer frame or spectrum replaces one that waits."""
+        if request is None:
+            raise _GoneError
+        if isinstance(request, DrawFrame | TakeSpectrum):
+            self._waiting = [r for r in self._waiting if type(r) is not type(request)]
+        self._waiting.append(request)
+
+    def _do(self, request: Request) -> None:
+        if isinstance(request, DrawFrame):
+            self._draw(request)
+        elif isinstance(request, SaveFrame):
+            self._save(request)
+        elif isinstance(request, TakeSpectrum):
+            self._take_spectrum(request)
+        else:
+            self._close_renderer()
+
+    def _draw(self, request: DrawFrame) -> None:
+        from rtbow.frames.display import auto_exposure_ev
+
+        self._pipe.send(Begun(request.number))
+        begun = time.perf_counter()
+        renderer = self._shown(request.scene)
+        rgb = renderer.render(
+            request.method,
+            self._progress(request, "rendering"),
+            self._progress(request, "building the table"),
+        )
+        frame = FrameDrawn(
+            request.number, request.scene, np.empty((0, 0, 3), np.float32),
+            time.perf_counter() - begun,
+            auto_exposure_ev(rgb[::_EXPOSURE_STRIDE, ::_EXPOSURE_STRIDE]),
+            renderer.method_used, renderer.unsuited, renderer.gl_renderer,
+        )  # fmt: skip
+        size_px = rgb.shape[1], rgb.shape[0]
+        self._pipe.send(Placed(frame, *self._ring.put(rgb), size_px))
+        self._resting = True
+
+    def _shown(self, scene: Scene) -> Renderer:
+        from rtbow.render.renderer import Renderer  # slow to import: the process answers before
+
+        if self._renderer is None:
+            self._renderer = Renderer(scene, self._backend)
+        else:
+            self._renderer.show(scene)
+        return self._renderer
+
+    def _save(self, request: SaveFrame) -> None:
+        from rtbow.base.files import check_writable
+        from rtbow.frames.image import FRAME_SUFFIXES, frame_metadata, write_frame
+        from rtbow.render.renderer import Renderer
+
+        for path in request.paths:
+            check_writable(path, FRAME_SUFFIXES)
+        # A new one, as of a command: tables for moves differ in their last digits.
+        with Renderer(request.scene, self._backend) as renderer:
+            rgb = renderer.render(
+                request.method,
+                self._progress(request, "rendering", until_newer=False),
+                self._progress(request, "building the table", until_newer=False),
+            )
+            metadata = frame_metadata(
+                request.scene, request.command, renderer.method_used, renderer.gl_renderer
+            )
+        for path in request.paths:
+            write_frame(path, rgb, metadata, request.exposure_ev)
+        self._pipe.send(FrameSaved(request.number, request.paths))
+
+    def _take_spectrum(self, request: TakeSpectrum) -> None:
+        from rtbow.view.picture.readout import spectrum_at
+
+        wavelength_nm, radiance = spectrum_at(request.scene, np.array(request.direction))
+        self._pipe.send(SpectrumTaken(request.number, wavelength_nm, radiance))
+
+    def _progress(self, request: Request, what: str, *, until_newer: bool = True) -> Progress:
+        """Give a wrapper of loops that reports how far they are, and ends them if superseded."""
+
+        def wrap(items: Any) -> Iterator[Any]:
+            listed = list(items)
+            for done, item in enumerate(listed):
+                yield item
+                now = time.perf_counter()
+                if now - self._reported < _GAP_S:
+                    continue
+                self._reported = now
+                self._receive()
+                if until_newer and any(isinstance(r, DrawFrame) for r in self._waiting):
+                    raise SupersededError
+                self._pipe.send(Progressed(request.number, (done + 1) / len(listed), what))
+
+        return wrap
+
+    def _close_renderer(self) -> None:
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = None
+        from rtbow.world.spectra import load_spectrum
+
+        load_spectrum.cache_clear()
+
+    def _close(self) -> None:
+        self._close_renderer()
+        self._ring.free()
+
+
+def serve(pipe: Connection, backend: Backend) -> None:
+    """Run the process until the other end of the pipe goes."""
+    # Ctrl-C on the terminal reaches both processes; the window decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Asked to end, it releases its memory first.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
+    server = Server(pipe, backend)
+    threading.Thread(target=server.listen, daemon=True).start()
+    server.serve()
