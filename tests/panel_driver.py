@@ -18,12 +18,12 @@ from rtbow.gl.context import GlContext
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene
 from rtbow.scene.text.schema import ROOT, Node
-from rtbow.view import look
 from rtbow.view.document.edits import Edits, Opened
 from rtbow.view.document.proposals import split_path, value_at
 from rtbow.view.document.state import ViewState
 from rtbow.view.panel.rows import Row, rows_of
 from rtbow.view.panel.whole import Panel
+from rtbow.view.window import look
 from rtbow.view.window.draw import ImguiRenderer
 from rtbow.view.window.help import draw_help
 

@@ -24,10 +24,10 @@ import numpy as np
 
 import rtbow
 from budget import STAGES
+from budget.error_budget import document, run_stage
 from budget.frames import facts
 from rtbow.base.arrays import Array, floats
 from rtbow.base.files import write_atomic
-from rtbow.error_budget import document, run_stage
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.physics.drop.airy import airy_squared, bow
 from rtbow.physics.drop.water import iapws_index

@@ -314,7 +314,7 @@ class Viewer:
         if changed:
             self.state.wake()
 
-    # --- what the panel and the picture ask for (rtbow.view.document.state.Actions, rtbow.view.picture.hud.Host) -
+    # --- what the panel (document.state.Actions) and the picture (picture.hud.Host) ask for ------
 
     def change(self, changes: dict[str, object], gesture: object = None) -> str:
         """Replace values of the scene; give what is wrong with them, or nothing."""

@@ -242,7 +242,9 @@ ACTING = """
 import os, sys
 from pathlib import Path
 from rtbow.base.errors import UnavailableError
-from rtbow.view import app, recovery, window
+from rtbow.view import app
+from rtbow.view.document import recovery
+from rtbow.view.window import system as window
 
 def act(viewer, frames=None, screenshot=None):
     def until(condition):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from budget.air import AIR
+from budget.error_budget import Stage
 from budget.float32 import FLOAT32
 from budget.march import MARCH
 from budget.rain import RAIN
@@ -10,7 +11,6 @@ from budget.storage import STORAGE
 from budget.tables import TABLE
 from budget.theory import THEORY
 from budget.wavelength import WAVELENGTH
-from rtbow.error_budget import Stage
 
 STAGES: dict[str, Stage] = {
     "theory": THEORY,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from budget.error_budget import Measurement, Note, Row, Stage
 from budget.strips import strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array, Values, floats
-from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.world.optics import scene_optics

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 import rtbow
+from budget.error_budget import Measurement, Row, Stage
 from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import drop_xyz, drops_per_area
 from rtbow.base.arrays import Array, floats
-from rtbow.error_budget import Measurement, Row, Stage
 from rtbow.frames.difference import frame_difference
 from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions

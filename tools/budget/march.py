@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import rtbow
+from budget.error_budget import Measurement, Note, Row, Stage
 from budget.frames import SIZE, SIZE_NAME, frame
-from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.frames.difference import frame_difference
 from rtbow.scene.model import Scene
 from rtbow.world.optics import scene_optics

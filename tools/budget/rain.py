@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 import rtbow
+from budget.error_budget import Measurement, Note, Row, Stage
 from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.base.arrays import Array, floats
-from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.geometry import box_span
 from rtbow.render.renderer import Method

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 import rtbow
+from budget.error_budget import Measurement, Note, Row, Stage
 from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import DISC_RAD
 from rtbow.base.arrays import Array, floats
-from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.frames.difference import frame_difference
 from rtbow.frames.display import (
     auto_exposure_ev,

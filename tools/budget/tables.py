@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from budget.error_budget import Measurement, Note, Row, Stage
 from budget.strips import reference_strip, strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import UnavailableError
 from rtbow.base.limits import TABLE_RADII_UM
-from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.drop.water import relative_index
 from rtbow.tables.airy import airy_table

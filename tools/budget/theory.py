@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from budget.error_budget import Measurement, Note, Row, Stage
 from budget.strips import reference_strip, strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array
-from rtbow.error_budget import Measurement, Note, Row, Stage
 from rtbow.frames.difference import frame_difference
 
 RADII_UM = (10, 20, 50, 100, 200, 300, 500, 700, 1000, 1500)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from budget.error_budget import Measurement, Row, Stage
 from budget.strips import reference_strip, strip_angles, strip_scene
-from rtbow.error_budget import Measurement, Row, Stage
 from rtbow.frames.difference import frame_difference
 
 _STEPS_NM = (5.0, 10.0, 20.0, 40.0)

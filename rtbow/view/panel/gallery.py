@@ -10,12 +10,12 @@ from imgui_bundle import imgui
 
 from rtbow.base.resources import resource_dir
 from rtbow.scene.text.file import builtin_scenes, scene_title
-from rtbow.view import look
 from rtbow.view.document.edits import Edits
 from rtbow.view.document.state import Actions, ViewState
 from rtbow.view.panel.rows import Row, own_row
 from rtbow.view.panel.ui import Ui
 from rtbow.view.panel.widgets import text
+from rtbow.view.window import look
 
 FOLDER = "thumbnails"
 """Inside the folder of scenes; a picture is called as its scene."""

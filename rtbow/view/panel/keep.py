@@ -8,12 +8,13 @@ from pathlib import Path
 from imgui_bundle import imgui
 
 from rtbow.frames.image import FRAME_SUFFIXES
-from rtbow.view import look, widgets
 from rtbow.view.document.edits import Edits
 from rtbow.view.document.names import free_name
 from rtbow.view.document.state import Actions, ViewState
+from rtbow.view.panel import widgets
 from rtbow.view.panel.rows import Row, own_row
 from rtbow.view.panel.ui import Ui
+from rtbow.view.window import look
 
 _FRAME = own_row(
     "keep.frame",

@@ -7,9 +7,9 @@ from collections import deque
 
 from imgui_bundle import imgui
 
-from rtbow.view import look
 from rtbow.view.document.state import ViewState
 from rtbow.view.panel.ui import Ui
+from rtbow.view.window import look
 
 _WINDOW_S = 1.0
 """Over which frames are counted."""

@@ -10,7 +10,7 @@ from functools import lru_cache
 from imgui_bundle import imgui
 
 from rtbow.base.errors import InputError
-from rtbow.view import widgets
+from rtbow.view.panel import widgets
 from rtbow.view.panel.rows import (
     Row,
     Slide,

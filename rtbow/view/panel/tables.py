@@ -16,7 +16,6 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.file import parse_set
 from rtbow.scene.text.overrides import flat, plain
 from rtbow.scene.text.schema import Node, toml_text
-from rtbow.view import kinds, widgets
 from rtbow.view.document.proposals import (
     RIGHT,
     Proposals,
@@ -24,6 +23,7 @@ from rtbow.view.document.proposals import (
     split_path,
     value_at,
 )
+from rtbow.view.panel import kinds, widgets
 from rtbow.view.panel.rows import Row, own_row, rows_of
 from rtbow.view.panel.ui import Set, Ui
 

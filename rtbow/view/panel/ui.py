@@ -8,9 +8,9 @@ from typing import Protocol
 
 from imgui_bundle import imgui
 
-from rtbow.view import look
 from rtbow.view.document.proposals import shortened
 from rtbow.view.panel.rows import Row, rounded, shown_unit
+from rtbow.view.window import look
 
 Set = Callable[[object, object], str]
 """Takes a new value and its gesture, and gives what is wrong with it, or nothing."""

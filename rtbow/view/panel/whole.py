@@ -10,10 +10,10 @@ from imgui_bundle import imgui
 from rtbow.frames.display import EV_LIMIT
 from rtbow.render.renderer import METHODS
 from rtbow.scene.model import Scene
-from rtbow.view import look, widgets
 from rtbow.view.document.edits import Edits
 from rtbow.view.document.proposals import RIGHT, Proposals
 from rtbow.view.document.state import OVERLAYS, Actions, ViewState
+from rtbow.view.panel import widgets
 from rtbow.view.panel.gallery import Gallery
 from rtbow.view.panel.keep import Keep
 from rtbow.view.panel.rows import (
@@ -28,6 +28,7 @@ from rtbow.view.panel.sun import SunByDate
 from rtbow.view.panel.tables import Tables
 from rtbow.view.panel.ui import Set, Ui
 from rtbow.view.picture.overlays import ORDERS
+from rtbow.view.window import look
 
 _SECTIONS = {
     "light": "Sun", "droplets": "Drops", "atmosphere": "Air", "scattering": "Theory",

@@ -12,9 +12,9 @@ from imgui_bundle import imgui
 
 from rtbow.scene.text.overrides import plain
 from rtbow.scene.text.schema import toml_text
-from rtbow.view import look
 from rtbow.view.panel.rows import Row, Slide, shown_number
 from rtbow.view.panel.ui import Set, Ui, value_text
+from rtbow.view.window import look
 
 _TURN = 0.005
 """Of a number without ends: share by which a pixel of dragging changes it."""

@@ -12,7 +12,6 @@ from imgui_bundle import imgui, implot
 
 from rtbow.base.arrays import Array, Float32
 from rtbow.scene.model import Scene
-from rtbow.view import look
 from rtbow.view.document.state import ViewState
 from rtbow.view.picture.overlays import Overlay, box_of, overlays
 from rtbow.view.picture.projection import part_views, whole_size
@@ -24,6 +23,7 @@ from rtbow.view.picture.readout import (
     read_pixel,
     text_of,
 )
+from rtbow.view.window import look
 
 if TYPE_CHECKING:
     from rtbow.view.document.edits import Edits

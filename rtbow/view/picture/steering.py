@@ -13,7 +13,7 @@ from imgui_bundle import imgui
 from rtbow.base.arrays import Array, floats
 from rtbow.scene.model import Camera
 from rtbow.scene.text.values import differences
-from rtbow.view import hud, navigate
+from rtbow.view.picture import hud, navigate
 from rtbow.view.picture.projection import View, whole_size
 from rtbow.view.window.stage import Stage
 

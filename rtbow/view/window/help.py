@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from rtbow.view import look
 from rtbow.view.document.state import OVERLAYS, ViewState
+from rtbow.view.window import look
 
 _KEYS = (
     ("drag", "look around"),

@@ -12,7 +12,7 @@ from imgui_bundle import imgui, implot
 from rtbow.base.arrays import Float32
 from rtbow.frames.display import BLACK_FRAME_EV
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
-from rtbow.view import look
+from rtbow.view.window import look
 from rtbow.view.window.draw import ImguiRenderer
 from rtbow.view.window.image import Picture, Rect
 from rtbow.view.window.input import WindowInput

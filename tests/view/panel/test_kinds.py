@@ -15,8 +15,8 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.file import builtin_scenes, load_scene, scene_from_text
 from rtbow.scene.text.schema import ROOT
 from rtbow.scene.text.values import changed_scene, scene_text, values_of
-from rtbow.view import kinds
 from rtbow.view.document.proposals import merged
+from rtbow.view.panel import kinds
 
 DISTRIBUTIONS = (
     "constant", "uniform", "normal", "lognormal", "gamma", "modified-gamma", "marshall-palmer",

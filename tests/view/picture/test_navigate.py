@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from rtbow.scene.model import Camera
 from rtbow.scene.text.file import load_scene
-from rtbow.view import navigate
+from rtbow.view.picture import navigate
 from textbook import pinhole
 from textbook import towards as unit
 

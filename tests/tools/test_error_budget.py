@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from budget.error_budget import Note, Row, Stage, document, run_stage
 from checkout import ROOT
-from rtbow.error_budget import Note, Row, Stage, document, run_stage
 from rtbow.frames.difference import Spread, delta_e_2000, frame_difference
 from rtbow.physics.light.colour import D65_XYZ
 
