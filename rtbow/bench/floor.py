@@ -32,7 +32,7 @@ class FloorPass:
         try:
             with gl.current():
                 self._target = FrameTarget(gl, size_px)
-                self._program = GlProgram(gl, "floor.frag", {})
+                self._program = GlProgram(gl, "display/floor.frag", {})
                 self._program.texture("floorTable", _table())
                 self._program.set("frameSize", tuple(float(n) for n in size_px))
         except (moderngl.Error, UnavailableError) as error:

@@ -65,7 +65,7 @@ class ShaderSource:
     places: tuple[tuple[str, int], ...]
 
     def locate(self, compiler_message: str) -> str:
-        """Rewrite a driver's message so that its places read ``march.glsl:41: error …``."""
+        """Rewrite a driver's message so that its places read ``rain/march.glsl:41: error …``."""
         return "\n".join(self._locate_line(line) for line in compiler_message.splitlines())
 
     def _locate_line(self, message: str) -> str:

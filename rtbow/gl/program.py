@@ -29,7 +29,7 @@ class GlProgram:
 
     def __init__(self, gl: GlContext, fragment: str, defines: Mapping[str, Define]) -> None:
         self._gl = gl
-        self._program = compile_program(gl.ctx, "fullscreen.vert", fragment, defines)
+        self._program = compile_program(gl.ctx, "common/fullscreen.vert", fragment, defines)
         self._triangle = gl.ctx.vertex_array(self._program, [])
         self._textures: dict[str, Texture] = {}
 

@@ -61,7 +61,7 @@ POLE_COLUMNS = 256
 
 
 def shader_constants() -> dict[str, float]:
-    """Give the layout's numbers under the names that ``airy.glsl`` uses."""
+    """Give the layout's numbers under the names that ``drop/airy.glsl`` uses."""
     return {
         "AIRY_NEAR_Z_LOW": NEAR_Z_LOW,
         "AIRY_NEAR_Z_HIGH": NEAR_Z_HIGH,

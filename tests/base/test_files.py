@@ -161,7 +161,7 @@ def test_killed_process_leaves_the_old_file_whole(tmp_path):
     path.write_bytes(b"old")
     program = (
         "import os, signal, sys\n"
-        "from rtbow import files\n"
+        "from rtbow.base import files\n"
         "files.os.fsync = lambda fd: os.kill(os.getpid(), signal.SIGKILL)\n"
         "files.write_atomic(sys.argv[1], b'new')\n"
     )

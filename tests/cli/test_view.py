@@ -126,7 +126,7 @@ def main():
     print(until(lambda: not viewer.state.stale))
     scene.write_text(text)
     print(until(lambda: viewer.settled))
-    for name in ("display.frag", "imgui.frag"):
+    for name in ("display/picture.frag", "view/imgui.frag"):
         own = shader.with_name(name)
         whole = own.read_text()
         own.write_text(whole.replace("void main()", "void man()"))
@@ -150,7 +150,7 @@ def main():
     until(lambda: viewer.settled)
     whole = shader.read_text()
     shader.write_text(whole.replace("radiance.rgb = ", "radiance.rgb = wrong + "))
-    print(until(lambda: "fast_sun.frag" in viewer.state.stale))
+    print(until(lambda: "fast/sun/pixel.frag" in viewer.state.stale))
     print(viewer.state.stale)
     shader.write_text(whole.replace("radiance.rgb = ", "radiance.rgb = 2.0 * "))
     before = float(viewer.frame_rgb.max())
@@ -184,7 +184,7 @@ def test_changed_files_are_taken_over_and_mistakes_told(screen, tmp_path):
     scene.write_text(SCENE)
     driver.write_text(textwrap.dedent(WATCHED))
     result = subprocess.run(
-        [sys.executable, str(driver), str(scene), str(tmp_path / "shaders" / "fast_sun.frag")],
+        [sys.executable, str(driver), str(scene), str(tmp_path / "shaders/fast/sun/pixel.frag")],
         capture_output=True, text=True, timeout=280, cwd=tmp_path,
         env={**os.environ, "DISPLAY": screen, "PYTHONPATH": str(tmp_path)},
     )  # fmt: skip
@@ -195,7 +195,7 @@ def test_changed_files_are_taken_over_and_mistakes_told(screen, tmp_path):
     assert lines[4:6] == ["True"] * 2, result.stdout
     assert lines[6] == "True True", result.stdout
     assert lines[7:17] == ["True"] * 10, result.stdout
-    assert any("fast_sun.frag:" in line and "wrong" in line for line in lines), result.stdout
+    assert any("fast/sun/pixel.frag:" in line and "wrong" in line for line in lines), result.stdout
     assert lines[-2:] == ["True", "2.0"], result.stdout
 
 

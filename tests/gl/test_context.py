@@ -106,7 +106,7 @@ def run_python(code: str, **environment: str | None) -> str:
     for name, value in environment.items():
         if value is None:
             env.pop(name, None)
-    here = ROOT / "tests"
+    here = ROOT / "tests" / "support"
     env["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(here), str(Path(__file__).parent)])
     result = subprocess.run(
         [sys.executable, "-c", PREAMBLE + textwrap.dedent(code)],

@@ -130,7 +130,7 @@ def test_glsl_running_integral(gl, built, s, bound, wide):
     z, exact = running_cases(s)
     got = probe(
         gl,
-        ["airy.glsl"],
+        ["drop/airy.glsl"],
         "airyRunning(nearTable, fringeTable, z, disc)",
         {"z": z, "disc": np.full_like(z, s)},
         {**shader_constants(), "DISC": s > 0.0, "POLE": False, "WIDE": wide, "LAMP_COUNT": 1},

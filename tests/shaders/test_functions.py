@@ -15,7 +15,7 @@ from rtbow.world.rain.volume_compiled import interpolate
 
 class TestAngleBetween:
     def angles(self, gl, u, v):
-        return probe(gl, ["math.glsl"], "angleBetween(u, v)", {"u": u, "v": v})[:, 0]
+        return probe(gl, ["common/math.glsl"], "angleBetween(u, v)", {"u": u, "v": v})[:, 0]
 
     def test_any_angle(self, gl, rng):
         count = 30_000
@@ -62,22 +62,22 @@ class TestMeanDecay:
             )
         )
         u = u[u != 0.0]
-        got = probe(gl, ["math.glsl"], "meanDecay(u)", {"u": u})[:, 0]
+        got = probe(gl, ["common/math.glsl"], "meanDecay(u)", {"u": u})[:, 0]
         error = np.abs(got / (-np.expm1(-u) / u) - 1.0)
         # Worst 9.3e-7, Mesa's exp; 1.0e-7 where the series stands in for it.
         assert error.max() < 1.2e-6
         assert error[np.abs(u) < 0.25].max() < 2e-7
 
     def test_horizontal(self, gl):
-        assert probe(gl, ["math.glsl"], "meanDecay(u)", {"u": [0.0, -0.0]})[:, 0] == pytest.approx(
-            1.0, abs=0.0
-        )
+        assert probe(gl, ["common/math.glsl"], "meanDecay(u)", {"u": [0.0, -0.0]})[
+            :, 0
+        ] == pytest.approx(1.0, abs=0.0)
 
 
 def test_texel_centred_maps_the_ends_to_texel_centres(gl):
     value = rounded(np.array([-5.0, 0.0, 0.25, 0.5, 1.0, 7.0]))
     for size in (1, 2, 7, 1280):
-        got = probe(gl, ["math.glsl"], "texelCentred(value, size)", {"value": value},
+        got = probe(gl, ["common/math.glsl"], "texelCentred(value, size)", {"value": value},
                     uniforms={"size": float(size)})[:, 0]  # fmt: skip
         exact = (np.clip(value, 0.0, 1.0) * (size - 1) + 0.5) / size
         np.testing.assert_allclose(got, exact, rtol=0.0, atol=1.2e-7)
@@ -90,7 +90,7 @@ def test_texel_centred_hits_the_nodes_of_a_texture(gl):
     texture.repeat_x = False
     at = np.linspace(0.0, 1.0, 9)
     got = probe(
-        gl, ["math.glsl"], "texture(line, vec2(texelCentred(at, 5.0), 0.5)).r", {"at": at},
+        gl, ["common/math.glsl"], "texture(line, vec2(texelCentred(at, 5.0), 0.5)).r", {"at": at},
         textures={"line": texture},
     )[:, 0]  # fmt: skip
     np.testing.assert_allclose(got, np.interp(at * 4.0, np.arange(5), nodes[0]), rtol=1e-6)
@@ -102,7 +102,7 @@ class TestBoxSpan:
     def spans(self, gl, rays, low, high):
         """Rays (n, 3) from the eye, with corners relative to it: entry and exit (n, 2)."""
         inputs = {"ray": rays, "low": low, "high": high}
-        return probe(gl, ["box.glsl"], "boxSpan(ray, low, high)", inputs)[:, :2]
+        return probe(gl, ["common/box.glsl"], "boxSpan(ray, low, high)", inputs)[:, :2]
 
     def check(self, gl, rays, low, high):
         rays, low, high = (
@@ -181,7 +181,7 @@ def test_camera_ray(gl, size_px, azimuth, altitude, fov_deg):
     )
     # Rows of the host's basis are columns of the shader's.
     got = probe(
-        gl, ["camera.glsl"], "cameraRay(screen, basis)", {"screen": screen},
+        gl, ["common/camera.glsl"], "cameraRay(screen, basis)", {"screen": screen},
         uniforms={"basis": camera_basis(camera).T},
     )[:, :3]  # fmt: skip
     exact = pixel_directions(camera).reshape(-1, 3)
@@ -203,7 +203,9 @@ class TestDroplets:
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = texture.repeat_z = False
         body = "Droplets d = sampleDroplets(m, place); result = vec4(d.density, d.radius, 0, 0);"
-        return probe(gl, ["droplets.glsl"], body, {"place": place}, textures={"m": texture})[:, :2]
+        return probe(gl, ["rain/droplets.glsl"], body, {"place": place}, textures={"m": texture})[
+            :, :2
+        ]
 
     def test_is_the_references(self, gl, rng, grid):
         place = rounded(np.vstack([rng.random((3000, 3)), rng.integers(0, 2, (50, 3))]))
@@ -239,7 +241,7 @@ class TestDroplets:
 def test_xyz_to_rgb(gl, rng):
     xyz = rounded(rng.uniform(0.0, 9000.0, (200, 3)))
     got = probe(
-        gl, ["colour.glsl"], "xyzToRgb(xyz)", {"xyz": xyz},
+        gl, ["common/colour.glsl"], "xyzToRgb(xyz)", {"xyz": xyz},
         {"XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB)},
     )[:, :3]  # fmt: skip
     np.testing.assert_allclose(got, xyz_to_rgb(xyz), rtol=0.0, atol=9000.0 * 5e-7)
@@ -249,7 +251,7 @@ def test_d65_is_white(gl):
     # CIE 15: chromaticity of D65, in the four digits of IEC 61966-2-1.
     white = np.array([0.3127, 0.3290, 0.3583]) / 0.3290
     got = probe(
-        gl, ["colour.glsl"], "xyzToRgb(xyz)", {"xyz": white[None]},
+        gl, ["common/colour.glsl"], "xyzToRgb(xyz)", {"xyz": white[None]},
         {"XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB)},
     )[0, :3]  # fmt: skip
     np.testing.assert_allclose(got, 1.0, atol=1e-3)

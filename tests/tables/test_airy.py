@@ -165,7 +165,7 @@ def glsl_look_up(gl, built, cases, disc, pole=None, wide=None):
     wide = bool(cases.s.max() > NEAR_S_FIXED) if wide is None else wide
     got = probe(
         gl,
-        ["airy.glsl"],
+        ["drop/airy.glsl"],
         "airyMean(nearTable, fringeTable, poleTable, z, disc, poleDistance)",
         {"z": cases.z, "disc": cases.s, "poleDistance": cases.distance},
         {

@@ -172,7 +172,7 @@ def _bake(
         "WIDE": disc_rad > 0.0,
         "OUTCOMES": count,
     }
-    program = GlProgram(gl, "bake.frag", defines)
+    program = GlProgram(gl, "fast/bake.frag", defines)
     program.texture("spectral", bow_rows(the_bows, components=components), linear=False)
     lights = np.concatenate([light.weights, np.zeros((count, len(nm), 1))], axis=2)
     program.texture("light", lights, linear=False)

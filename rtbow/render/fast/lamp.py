@@ -121,11 +121,11 @@ class FastLamp:
             "PARTS": True,
             "HAT_GROUPS": 0,
         }
-        self._compose = GlProgram(gl, "fast_lamp.frag", defines)
+        self._compose = GlProgram(gl, "fast/lamp/pixel.frag", defines)
         self._marching = [self._compose]
         if self._block:
-            self._node = GlProgram(gl, "fast_lamp_node.frag", defines)
-            self._flags = GlProgram(gl, "fast_flags.frag", {**defines, "SEVERAL_RADII": False})
+            self._node = GlProgram(gl, "fast/lamp/node.frag", defines)
+            self._flags = GlProgram(gl, "fast/flags.frag", {**defines, "SEVERAL_RADII": False})
             self._marching.append(self._node)
             self._make_nodes()
         self._bind(chord, fringe)

@@ -99,15 +99,15 @@ class FastSun:
             "DIRECT": self._direct_samples() if even else 0,
             "HAT_GROUPS": self._groups,
         }
-        self._compose = GlProgram(here.gl, "fast_sun.frag", self._defines)
+        self._compose = GlProgram(here.gl, "fast/sun/pixel.frag", self._defines)
         self._marching = [self._compose]
         self._nodes: _Nodes | None = None
         if self._block:
-            self._path = GlProgram(here.gl, "fast_path.frag", {**self._defines, "NODES": True})
-            self._flags = GlProgram(here.gl, "fast_flags.frag", self._defines)
+            self._path = GlProgram(here.gl, "fast/sun/node.frag", {**self._defines, "NODES": True})
+            self._flags = GlProgram(here.gl, "fast/flags.frag", self._defines)
             self._marching.append(self._path)
             if self._groups:
-                self._hats = GlProgram(here.gl, "fast_hats.frag", self._defines)
+                self._hats = GlProgram(here.gl, "fast/sun/hats.frag", self._defines)
             self._nodes = self._make_nodes()
         for program in self._marching:
             if here.drops is not None:

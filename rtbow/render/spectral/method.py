@@ -76,7 +76,7 @@ class SpectralPass:
         parts = scene_parts(scene, progress)
         self._check_limits(scene.camera, parts.volume, parts.optics)
         defines = shader_defines(scene, parts)
-        self._program = GlProgram(gl, "rainbow.frag", defines)
+        self._program = GlProgram(gl, "spectral/pixel.frag", defines)
         self._target: FrameTarget | None = None
         self._upload(parts, defines)
         self._set_scene(parts)

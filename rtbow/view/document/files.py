@@ -149,7 +149,8 @@ class SceneFiles:
         file = opened.file or builtin_scenes().get(opened.name or DEFAULT_SCENE)
         self._watch.follow("scene", [file] if file is not None else [], anew=anew)
         self._watch.follow("data", map(Path, scene_files(self._edits.scene)))
-        self._watch.follow("shaders", sorted(resource_dir("shaders").iterdir()))
+        shaders = resource_dir("shaders").rglob("*")
+        self._watch.follow("shaders", sorted(path for path in shaders if path.is_file()))
 
     def _keep_unsaved(self) -> None:
         self._kept, self._changed_s = self._edits.scene, None

@@ -161,7 +161,7 @@ class ImguiRenderer:
 
 
 def _compiled(ctx: moderngl.Context) -> moderngl.Program:
-    return compile_program(ctx, "imgui.vert", "imgui.frag", {})
+    return compile_program(ctx, "view/imgui.vert", "view/imgui.frag", {})
 
 
 def _memory(address: int, size: int) -> ctypes.Array[ctypes.c_char]:

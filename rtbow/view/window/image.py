@@ -31,7 +31,7 @@ class Picture:
 
     def __init__(self, gl: GlContext, colour_map: Float32) -> None:
         self._gl = gl
-        self._program = GlProgram(gl, "display.frag", {})
+        self._program = GlProgram(gl, "display/picture.frag", {})
         opaque = np.concatenate([colour_map, np.ones((len(colour_map), 1))], axis=1)
         self._program.bind("colourMap", row_texture(gl, opaque[None].astype(np.float32)))
         self._frame: moderngl.Texture | None = None

@@ -168,7 +168,7 @@ def glsl_sun_column(gl, height_m, altitude_rad):
     texture.repeat_x = texture.repeat_y = False
     return probe(
         gl,
-        ["atmosphere.glsl"],
+        ["air/atmosphere.glsl"],
         "sunColumn(columnTable, height, altitude)",
         {"height": height_m, "altitude": altitude_rad},
         DEFINES,
@@ -220,7 +220,9 @@ class TestGlsl:
 
     def test_horizon(self, gl):
         height = rounded(np.concatenate([[0.0, 1e-3, 1.6], np.geomspace(10.0, MAX_HEIGHT_M, 200)]))
-        got = probe(gl, ["atmosphere.glsl"], "horizonAltitude(height)", {"height": height}, DEFINES)
+        got = probe(
+            gl, ["air/atmosphere.glsl"], "horizonAltitude(height)", {"height": height}, DEFINES
+        )
         # Worst 1.6e-7 relative, 1.3e-8 rad.
         np.testing.assert_allclose(got[:, 0], horizon_rad(height), rtol=3e-7, atol=0.0)
 
@@ -232,7 +234,7 @@ class TestGlsl:
         rise = rounded(np.where(rng.random(count) < 0.05, 0.0, steep))
         got = probe(
             gl,
-            ["atmosphere.glsl"],
+            ["air/atmosphere.glsl"],
             "segmentColumn(height, rise, distance)",
             {"height": height, "rise": rise, "distance": distance},
             DEFINES,

@@ -45,7 +45,7 @@ def uploaded(gl: Any, rows: np.ndarray) -> moderngl.Texture:
 
 class TestFoldedChord:
     def chords(self, gl, u, v):
-        return probe(gl, ["colour_table.glsl"], "foldedChord(u, v)", {"u": u, "v": v}, TABLE)[:, 0]
+        return probe(gl, ["fast/colours.glsl"], "foldedChord(u, v)", {"u": u, "v": v}, TABLE)[:, 0]
 
     def test_any_angle(self, gl, rng):
         count = 20_000
@@ -87,7 +87,7 @@ def places(rng):
 
 def test_folded_chord_along_a_ray(gl, rng):
     side, place = places(rng)
-    got = probe(gl, ["colour_table.glsl"], "foldedChordAt(side, place)",
+    got = probe(gl, ["fast/colours.glsl"], "foldedChordAt(side, place)",
                 {"side": side, "place": place}, TABLE)[:, 0]  # fmt: skip
     # Light runs from the lamp to the drop: along the ray before the foot, and against it behind.
     exact = folded_chord(np.arctan2(side, -place))
@@ -99,7 +99,7 @@ def test_folded_chord_along_a_ray(gl, rng):
 
 def test_slope_of_the_folded_chord(gl, rng):
     side, place = places(rng)
-    got = probe(gl, ["colour_table.glsl"], "chordSlopeAt(side, place)",
+    got = probe(gl, ["fast/colours.glsl"], "chordSlopeAt(side, place)",
                 {"side": side, "place": place}, TABLE)[:, 0]  # fmt: skip
     theta = np.arctan2(side, -place)
     exact = np.where(place > 0.0, np.sin(0.5 * theta), np.cos(0.5 * theta))
@@ -117,7 +117,7 @@ def test_bisector(gl, rng):
     span = 10.0 ** rng.uniform(-3.0, 5.0, len(side))
     last = rounded(first + span)
     got = probe(
-        gl, ["lamp_ray.glsl"], "bisector(LampRay(side, 0.0, 0.0), first, last)",
+        gl, ["light/lamp_ray.glsl"], "bisector(LampRay(side, 0.0, 0.0), first, last)",
         {"side": side, "first": first, "last": last}, {"LAMP_COUNT": 1, "NEAREST_M": 1e-3},
     )[:, 0].astype(np.float64)  # fmt: skip
     middle = 0.5 * (np.arctan2(side, -first) + np.arctan2(side, -last))
@@ -142,7 +142,7 @@ class TestGatherRow:
         """Weights of all rows that a pass keeps (n, 12)."""
         found = [
             probe(
-                gl, ["radii.glsl"],
+                gl, ["fast/sun/radii.glsl"],
                 f"Radii radii; clear(radii); gatherRow(radii, reach, row); "
                 f"result = radii.weights[{group}];",
                 {"row": row, "reach": reach}, self.DEFINES,
@@ -163,7 +163,7 @@ class TestGatherRow:
 
     def test_drops_add_up(self, gl):
         found = probe(
-            gl, ["radii.glsl"],
+            gl, ["fast/sun/radii.glsl"],
             "Radii radii; clear(radii); gatherRow(radii, a, 0.25); gatherRow(radii, b, 1.5);"
             " result = radii.weights[0];",
             {"a": [4.0], "b": [2.0]}, self.DEFINES, {"firstRow": 0.0},
@@ -181,7 +181,7 @@ def test_colours_between_rows_and_texels(gl, rng, polarizer):
     texel, row = rounded(rng.uniform(-2.0, 10.0, 500)), rounded(rng.uniform(-1.0, 6.0, 500))
     share = rounded(rng.uniform(0.0, 1.0, 500))
     got = probe(
-        gl, ["colour_table.glsl"], "colourOf(colours, texel, row, share)",
+        gl, ["fast/colours.glsl"], "colourOf(colours, texel, row, share)",
         {"texel": texel, "row": row, "share": share}, defines,
         textures={"colours": uploaded(gl, both)},
     )[:, :3]  # fmt: skip
@@ -220,7 +220,7 @@ def test_fall_off(gl, rng, degree, rain, several):
     texel = np.concatenate([np.arange(7.0), rounded(rng.uniform(0.0, 6.0, 500))])
     column, depth = (rounded(rng.uniform(low, 2.0, len(texel))) for low in (-2.0, 0.0))
     got = probe(
-        gl, ["colour_table.glsl"], "fallOff(colours, texel, column, depth)",
+        gl, ["fast/colours.glsl"], "fallOff(colours, texel, column, depth)",
         {"texel": texel, "column": column, "depth": depth}, defines,
         textures={"colours": uploaded(gl, table)},
     )[:, :3]  # fmt: skip
@@ -267,7 +267,7 @@ class TestColumn:
         }
         known = "// uniform float eyeHeight; uniform float eyeAir; uniform vec4 sunCubic;"
         return probe(
-            gl, ["sun_path.glsl"], "columnAt(distance * ray, ray, distance)",
+            gl, ["fast/sun/path.glsl"], "columnAt(distance * ray, ray, distance)",
             {"ray": ray, "distance": distance}, {**PATH, "NEAR_AIR": near}, names, preamble=known,
         )[:, 0]  # fmt: skip
 
@@ -295,7 +295,7 @@ class TestColumn:
     def test_what_the_grey_part_leaves(self, gl, near):
         column = rounded(np.linspace(-2.0, 2.0, 401))
         got = probe(
-            gl, ["sun_path.glsl"], "greyLeft(column)", {"column": column},
+            gl, ["fast/sun/path.glsl"], "greyLeft(column)", {"column": column},
             {**PATH, "NEAR_AIR": near}, {"greyAir": 0.15}, preamble="// uniform float greyAir;",
         )[:, 0]  # fmt: skip
         # A depth of 0.3 at most, whose fifth power over 120 is left out.
@@ -339,7 +339,7 @@ class TestSpecialDirections:
                 exact[axis] = 0.0
                 entry, leave = box_span(np.zeros(3), exact[None], np.stack([lows[-1], highs[-1]]))
                 expected.append((entry[0], leave[0]))
-        got = probe(gl, ["box.glsl"], "boxSpan(ray, low, high)",
+        got = probe(gl, ["common/box.glsl"], "boxSpan(ray, low, high)",
                     {"ray": rays, "low": lows, "high": highs})[:, :2]  # fmt: skip
         assert not np.isnan(got).any()
         for (entry, leave), (first, last) in zip(got, expected, strict=True):
@@ -352,6 +352,6 @@ class TestSpecialDirections:
     def test_along_an_axis_from_within(self, gl, axis, sign):
         ray = sign * np.eye(3)[axis]
         low, high = np.array([-1.0, -2.0, -3.0]), np.array([4.0, 5.0, 6.0])
-        got = probe(gl, ["box.glsl"], "boxSpan(ray, low, high)",
+        got = probe(gl, ["common/box.glsl"], "boxSpan(ray, low, high)",
                     {"ray": ray[None], "low": low[None], "high": high[None]})[0, :2]  # fmt: skip
         np.testing.assert_allclose(got, [0.0, (high if sign > 0.0 else -low)[axis]], rtol=1e-6)

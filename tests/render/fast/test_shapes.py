@@ -102,7 +102,7 @@ def programs(context, monkeypatch, tmp_path) -> Callable[..., list[Made]]:
         made.clear()
         with context.current():
             method(context, make(tmp_path, light, **switches)).draw()
-        return [one for one in made if one.fragment != "bake.frag"]
+        return [one for one in made if one.fragment != "fast/bake.frag"]
 
     return programs_of
 
@@ -177,7 +177,7 @@ def lamp_shapes() -> Iterator[dict[str, Define]]:
 def compiled(context: GlContext, shapes: set[tuple[str, tuple[tuple[str, Define], ...]]]) -> int:
     with context.current() as ctx:
         for fragment, defines in sorted(shapes, key=str):
-            compile_program(ctx, "fullscreen.vert", fragment, dict(defines)).release()
+            compile_program(ctx, "common/fullscreen.vert", fragment, dict(defines)).release()
         assert ctx.error == "GL_NO_ERROR"
     return len(shapes)
 
@@ -188,19 +188,19 @@ def test_every_shape_under_a_sun_compiles(context, programs):
     for shape in sun_shapes():
         assert base.keys() >= shape.keys()
         whole = {**base, **shape}
-        shapes.add(("fast_sun.frag", tuple(whole.items())))
+        shapes.add(("fast/sun/pixel.frag", tuple(whole.items())))
         if shape["BLOCKS"]:
             # What these have no use for is left at one value: fewer that are truly different.
             plain = {"POLARIZER": False, "COMPONENTS": 1, "RAIN_COLOUR": False, "COLUMN_DEGREE": 0}
             path = {**whole, **plain, "NODES": True}
-            shapes.add(("fast_path.frag", tuple(path.items())))
+            shapes.add(("fast/sun/node.frag", tuple(path.items())))
             if shape["HAT_GROUPS"]:
                 some = {"HAT_GROUPS": shape["HAT_GROUPS"]}
                 hats = {**base, **some, "BLOCKS": True, "SEVERAL_RADII": True}
-                shapes.add(("fast_hats.frag", tuple(hats.items())))
-                shapes.add(("fast_flags.frag", tuple(hats.items())))
+                shapes.add(("fast/sun/hats.frag", tuple(hats.items())))
+                shapes.add(("fast/flags.frag", tuple(hats.items())))
     flags = {**base, "SEVERAL_RADII": False, "HAT_GROUPS": 0, "BLOCKS": True}
-    shapes.add(("fast_flags.frag", tuple(flags.items())))
+    shapes.add(("fast/flags.frag", tuple(flags.items())))
     assert compiled(context, shapes) > 120
 
 
@@ -210,11 +210,11 @@ def test_every_shape_under_a_lamp_compiles(context, programs):
     for shape in lamp_shapes():
         assert base.keys() >= shape.keys()
         whole = tuple({**base, **shape}.items())
-        shapes.add(("fast_lamp.frag", whole))
+        shapes.add(("fast/lamp/pixel.frag", whole))
         if shape["BLOCKS"]:
-            shapes.add(("fast_lamp_node.frag", whole))
+            shapes.add(("fast/lamp/node.frag", whole))
     flags = {**base, "SEVERAL_RADII": False, "PARTS": True}
-    shapes.add(("fast_flags.frag", tuple(flags.items())))
+    shapes.add(("fast/flags.frag", tuple(flags.items())))
     assert compiled(context, shapes) > 120
 
 
@@ -224,7 +224,7 @@ def test_every_shape_of_the_bake_compiles(context, monkeypatch, tmp_path):
 
     def watched(self: GlProgram, gl: GlContext, fragment: str, defines: Any) -> None:
         real(self, gl, fragment, defines)
-        if fragment == "bake.frag":
+        if fragment == "fast/bake.frag":
             baked.append(dict(defines))
 
     monkeypatch.setattr(GlProgram, "__init__", watched)
@@ -240,7 +240,7 @@ def test_every_shape_of_the_bake_compiles(context, monkeypatch, tmp_path):
                 "FIRST_LIGHT_ROW": bows,
             }  # fmt: skip
             assert baked[0].keys() >= changes.keys()
-            shapes.add(("bake.frag", tuple({**baked[0], **changes}.items())))
+            shapes.add(("fast/bake.frag", tuple({**baked[0], **changes}.items())))
     assert compiled(context, shapes) == 96
 
 

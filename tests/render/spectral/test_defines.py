@@ -72,7 +72,7 @@ def test_every_shape_of_the_shader_compiles():
                 "ATTENUATION": shape["AIR"] or shape["EXTINCTION"],
             }
             compile_program(
-                ctx, "fullscreen.vert", "rainbow.frag", {**defines, **changes}
+                ctx, "common/fullscreen.vert", "spectral/pixel.frag", {**defines, **changes}
             ).release()
         assert ctx.error == "GL_NO_ERROR"
     context.close()

@@ -22,7 +22,7 @@ WEIGHTS = {"weights": tuple(LUMINANCE_WEIGHTS)}
 def test_colours_out_of_gamut_are_moved_alike(gl, rng):
     colours = np.float32(rng.uniform(-1.0, 3.0, (20_000, 3)))
     shown = probe(
-        gl, ["display.glsl"], "inGamut(colour, weights)", {"colour": colours}, uniforms=WEIGHTS
+        gl, ["display/tone.glsl"], "inGamut(colour, weights)", {"colour": colours}, uniforms=WEIGHTS
     )
     np.testing.assert_allclose(shown[:, :3], gamut_map(colours), atol=4e-6)
 
@@ -30,7 +30,7 @@ def test_colours_out_of_gamut_are_moved_alike(gl, rng):
 def test_the_curve_is_srgb(gl):
     values = np.linspace(0.0, 1.0, 5000, dtype=np.float32)
     colours = np.stack([values, values[::-1], values**2], axis=1)
-    shown = probe(gl, ["display.glsl"], "srgb(colour)", {"colour": colours})
+    shown = probe(gl, ["display/tone.glsl"], "srgb(colour)", {"colour": colours})
     # Mesa's pow errs by 3e-6; a code is 4e-3.
     np.testing.assert_allclose(shown[:, :3], srgb_encode(colours), atol=1e-5)
 
@@ -38,7 +38,7 @@ def test_the_curve_is_srgb(gl):
 def test_the_dither_is_that_of_pictures(gl):
     rows, columns = np.indices((64, 96))
     pixels = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(np.float32)
-    found = probe(gl, ["display.glsl"], "dither(pixel)", {"pixel": pixels})[:, 0]
+    found = probe(gl, ["display/tone.glsl"], "dither(pixel)", {"pixel": pixels})[:, 0]
     difference = np.abs(found - _dither(64, 96).ravel())
     # fract jumps where float32 rounds over a whole number.
     assert np.quantile(np.minimum(difference, 1.0 - difference), 0.99) < 2e-3

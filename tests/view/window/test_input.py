@@ -153,7 +153,7 @@ for name in ("z", "odiaeresis", "minus"):
 
 def test_a_real_keyboard_of_another_layout():
     with virtual_screen(300, 200) as name:
-        env = {**os.environ, "DISPLAY": name, "PYTHONPATH": str(ROOT / "tests")}
+        env = {**os.environ, "DISPLAY": name, "PYTHONPATH": str(ROOT / "tests" / "support")}
         subprocess.run(["setxkbmap", "de"], check=True, env=env)
         result = subprocess.run(
             [sys.executable, "-c", TYPED, name], capture_output=True, text=True, env=env, timeout=60

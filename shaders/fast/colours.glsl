@@ -1,0 +1,81 @@
+#include "common/definitions.glsl"
+#include "common/math.glsl"
+
+// Light already summed over wavelengths (rtbow/render/colours/table.py): X, Y, Z per drop and scattering
+// angle for one light behind the scene's middle air column, and how it falls off with more column
+// and rain. Blocks of rows: one or two components, then the fall-offs; rows of radius in each.
+
+// Folded chord of the angle between unit vectors: 2 sin(theta / 2) up to a right angle and as far
+// below 2 sqrt(2) beyond it. As good as the angle for a table, with its digits kept at both poles,
+// and a root is all it costs.
+Number foldedChord(Direction u, Direction v) {
+    bool back = dot(u, v) < 0.0;
+    vec3 side = back ? u + v : u - v;
+    Number chord = sqrt(dot(side, side));
+    return back ? 2.0 * RIGHT_ANGLE_CHORD - chord : chord;
+}
+
+// The same of a place along a ray that passes a lamp at a distance `side`; `place` is counted from
+// the foot, where the angle is a right one.
+Number foldedChordAt(Length side, Length place) {
+    Length away = length(vec2(side, place));
+    Number chord = side * inversesqrt(0.5 * away * (away + abs(place)));
+    return place > 0.0 ? 2.0 * RIGHT_ANGLE_CHORD - chord : chord;
+}
+
+// How fast the folded chord grows with the angle there: cos(theta / 2) up to a right angle, as much
+// beyond it.
+Number chordSlopeAt(Length side, Length place) {
+    Length away = length(vec2(side, place));
+    return sqrt(0.5 * (1.0 + abs(place) / away));
+}
+
+#if SEVERAL_RADII
+// `row` need not be whole.
+vec4 colourAt(sampler2D colours, Number texel, Number row) {
+    vec2 size = vec2(textureSize(colours, 0));
+    Number column = clamp(texel, 0.0, size.x - 1.0) + 0.5;
+    return textureLod(colours, vec2(column, row + 0.5) / size, 0.0);
+}
+#else
+// Two fetches by hand: a filtered one would read two more of the row beside.
+vec4 colourAt(sampler2D colours, Number texel, Number row) {
+    int last = textureSize(colours, 0).x - 1;
+    Number column = clamp(texel, 0.0, float(last));
+    int left = min(int(column), last - 1);
+    return mix(texelFetch(colours, ivec2(left, int(row)), 0),
+               texelFetch(colours, ivec2(left + 1, int(row)), 0), column - float(left));
+}
+#endif
+
+// What is left of X, Y and Z behind `column` of air and `depth` of rain more than the middle's.
+Tristimulus fallOff(sampler2D colours, Number texel, Column column, Number depth) {
+    vec3 logarithm = vec3(0.0);
+#if COLUMN_DEGREE
+    for (int k = COLUMN_DEGREE; k > 0; --k) {
+        vec3 coefficient = colourAt(colours, texel, float(COMPONENTS * RADIUS_ROWS + k - 1)).rgb;
+        logarithm = (logarithm + coefficient) * column;
+    }
+#endif
+#if RAIN_COLOUR
+    logarithm += colourAt(colours, texel, float(COMPONENTS * RADIUS_ROWS + COLUMN_DEGREE)).rgb
+        * depth;
+#endif
+#if COLUMN_DEGREE || RAIN_COLOUR
+    return exp(logarithm);
+#else
+    return vec3(1.0);
+#endif
+}
+
+// X, Y, Z per drop: of the radius of a row, times (radius / middle radius)^(7/3) for another.
+// `perpendicular` is that component's share.
+Tristimulus colourOf(sampler2D colours, Number texel, Number row, Number perpendicular) {
+    Number inside = clamp(row, 0.0, float(RADIUS_ROWS - 1));
+#if POLARIZER
+    vec3 parallel = colourAt(colours, texel, float(RADIUS_ROWS) + inside).rgb;
+    return 0.5 * mix(parallel, colourAt(colours, texel, inside).rgb, perpendicular);
+#else
+    return colourAt(colours, texel, inside).rgb;
+#endif
+}

@@ -1,0 +1,50 @@
+#include "common/definitions.glsl"
+#include "common/box.glsl"
+#include "common/math.glsl"
+
+// The rain's own extinction, at the middle of the visible; wavelengths differ by a factor each.
+
+#if EXTINCTION
+// Optical depth from a place in the box towards a light. The texture holds the mean extinction
+// along that path, one block of levels per light; times the path's own length it is exact for even
+// rain up to the box's edges. `place`: 0..1 along each side.
+Number depthTowards(sampler3D towardsLights, vec3 place, int light, float lights, Length path) {
+    vec3 size = vec3(textureSize(towardsLights, 0));
+    float levels = size.z / lights;
+    vec3 at = 0.5 + clamp(place, 0.0, 1.0) * (vec3(size.xy, levels) - 1.0);
+    at.z += float(light) * levels;
+    return textureLod(towardsLights, at / size, 0.0).r * path;
+}
+
+// A corner of the box from a place along a ray: exactly 0 on the face where the ray enters. In dense
+// fog a rounding of the place by a tenth of a millimetre would be many optical depths.
+Position cornerFrom(Position corner, Direction ray, Length distance) {
+    Position from;
+    for (int axis = 0; axis < 3; ++axis) {
+        Number along = ray[axis];
+        from[axis] = along == 0.0 ? corner[axis] : (corner[axis] / along - distance) * along;
+    }
+    return from;
+}
+
+// Length of the path out of the box from a place in it, given the corners from there.
+Length pathOut(Direction towards, Position low, Position high) {
+    // Rounding may put a place on a face a hair outside.
+    return boxSpan(towards, min(low, 0.0), max(high, 0.0)).y;
+}
+#endif
+
+#if ATTENUATION
+// What air and rain leave of a wavelength's light, as the mean over a step on which the rain's depth
+// grows from `depth` by `rise`. weight: depth of the air per column.
+Number attenuation(sampler2D spectral, int wavelength, Number weight, Column column, Number depth,
+                   Number rise) {
+#if EXTINCTION
+    // Small drops' extinction differs between wavelengths by up to a factor of two.
+    Number ratio = texelFetch(spectral, ivec2(wavelength, RAIN_ROW), 0).r;
+    return exp(-weight * column - ratio * depth) * meanDecay(ratio * rise);
+#else
+    return exp(-weight * column);
+#endif
+}
+#endif
