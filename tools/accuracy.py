@@ -154,7 +154,7 @@ def volume() -> None:
             "s = rtbow.load_scene('uniform', {'droplets.file': " + repr(str(path)) + "})\n"
             "gl = open_context()\n"
             "t = time.perf_counter()\n"
-            "with gl.current(): p = SpectralPass(gl, s)\n"
+            "with gl.current(): p = SpectralMethod(gl, resolve(s))\n"
             "peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10\n"
             "print(f'256^3 volume: {time.perf_counter() - t:.2f} s to load and upload, '\n"
             "      f'{peak:.0f} MiB peak of the whole process')\n"

@@ -38,7 +38,7 @@ def drawn(scene: Scene, changes: dict[str, float]) -> tuple[Array, float]:
     def changed(delta_e: float, kind: Kind) -> FastSettings:
         return replace(settings_for(delta_e, kind), **changes)  # type: ignore[arg-type]  # by name
 
-    with patch("rtbow.render.fast.method.settings_for", changed), rtbow.Renderer(scene) as renderer:
+    with patch("rtbow.render.fast.shared.settings_for", changed), rtbow.Renderer(scene) as renderer:
         frame = rgb_to_xyz(floats(renderer.render("fast")))
         times = []
         for _ in range(_FRAMES):

@@ -26,6 +26,7 @@ from rtbow.frames.difference import FrameDifference, frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions
+from rtbow.world.world import resolve
 
 REFERENCE_STEP_NM = 1.0
 """Wavelength step of the reference: the standard of truth."""
@@ -131,10 +132,10 @@ def _part_xyz(part: Scene, rows: Indices, columns: Indices, progress: Progress) 
         from rtbow.reference.render import radiance_along
 
         step = part.render.model_copy(update={"wavelength_step_nm": REFERENCE_STEP_NM})
-        truth = part.model_copy(update={"render": step})
+        world = resolve(part.model_copy(update={"render": step}))
         rays = _rays(part, rows, columns)
         groups = range(0, len(rays), _AT_A_TIME)
-        found = [radiance_along(truth, rays[i : i + _AT_A_TIME]) for i in progress(groups)]
+        found = [radiance_along(world, rays[i : i + _AT_A_TIME]) for i in progress(groups)]
         return {"xyz": np.concatenate(found)}
 
     return floats(cached_arrays("bench-reference", _key(part, rows, columns), build)["xyz"])

@@ -12,7 +12,7 @@ the theory's cross-sections as numbers; not how light is gathered along a ray.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -30,12 +30,10 @@ from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.disc import disc_nodes
-from rtbow.physics.light.spectrum import bin_means, wavelength_bins
 from rtbow.reference.lamp import integrate_lamp, lamp_pieces
 from rtbow.reference.rain import depths_along, depths_of_paths
 from rtbow.reference.rays import integrate_spectrum, sample_rays
 from rtbow.reference.rows import integrate_lamp_rows, integrate_rows
-from rtbow.scene.model import Scene
 from rtbow.tables.layout import (
     RadiusAxis,
     angle_axis,
@@ -45,16 +43,15 @@ from rtbow.tables.layout import (
 )
 from rtbow.tables.mie.direct import DirectMieSections
 from rtbow.tables.sections import Sections
-from rtbow.world.camera import perpendicular_share, pixel_directions
 from rtbow.world.lights import NEAREST_M, Lamp, Sun
-from rtbow.world.optics import Optics, scene_optics, table_sections
+from rtbow.world.optics import Optics
 from rtbow.world.rain.extinction import (
     RainExtinction,
     paths_to,
-    rain_extinction,
     with_second,
 )
-from rtbow.world.rain.volume import DropletVolume, scene_volume
+from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.world import World
 
 _MOST_NODES = 96
 """Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""
@@ -77,19 +74,29 @@ _SECTION_VALUES = 8_000_000
 
 @dataclass(frozen=True)
 class _Setup:
-    """A scene, ready to be integrated along rays."""
+    """A world, ready to be integrated along rays."""
 
-    scene: Scene
+    world: World
     optics: Optics
-    volume: DropletVolume
     moments: Array
     sections: Sections | None
     rows: RadiusAxis | None
-    rain: RainExtinction | None
+
+    @property
+    def volume(self) -> DropletVolume:
+        return self.world.volume
+
+    @property
+    def rain(self) -> RainExtinction | None:
+        return self.world.rain
+
+    @property
+    def polarised(self) -> bool:
+        return self.world.view.polarizer is not None
 
     @property
     def origin(self) -> Array:
-        return np.array(self.scene.camera.position_m, dtype=np.float64)
+        return self.world.view.eye_m
 
     @property
     def channels(self) -> int:
@@ -140,22 +147,19 @@ class _Setup:
         return np.full(len(radius_m), self.rows.radius_m[0] ** 2) if one else radius_m**2
 
 
-def _set_up(scene: Scene, progress: Progress = no_progress) -> _Setup:
-    optics = scene_optics(scene)
-    volume = scene_volume(scene)
+def _set_up(world: World, building: Progress = no_progress, optics: Optics | None = None) -> _Setup:
+    volume, scatterer = world.volume, world.scatterer
+    optics = optics or world.optics
     least, most = volume.size_range_um
-    scattering = scene.scattering
-    sections: Sections | None
-    if scattering.theory == "mie" and least == most:
+    sections: Sections | None = None
+    if scatterer.theory == "mie" and least == most:
         sections = DirectMieSections.of(
-            least * 1e-6, optics.wavelength_nm, scattering.water_temperature_c,
-            scattering.size_spread,
-        )  # fmt: skip
-    else:
-        sections = table_sections(scene, optics, volume, progress)
+            least * 1e-6, optics.wavelength_nm, scatterer.temperature_c, scatterer.spread
+        )
+    elif not world.bows_in_place:
+        sections = world.sections(building)
     rows = None if sections is None else radius_axis((least, most), volume.sizes)
-    rain = rain_extinction(scene, optics, volume) if scene.droplets.extinction else None
-    return _Setup(scene, optics, volume, _moments(volume), sections, rows, rain)
+    return _Setup(world, optics, _moments(volume), sections, rows)
 
 
 @dataclass(frozen=True)
@@ -242,7 +246,7 @@ def _under_suns(setup: _Setup, rays: Array, samples: _Samples) -> Array:
             column = column + sun_column(samples.points_m[:, 2], sun.altitude_rad)
         depth = samples.depth + _depth_to_light(setup, sun, samples.points_m)
         theta = _scattering_angles(sun.direction, rays)
-        share = perpendicular_share(setup.scene.camera, sun.direction, rays)
+        share = setup.world.view.perpendicular_share(sun.direction, rays)
         if setup.sections is None:
             total += _airy_sun(setup, sun, samples, column, depth, theta, share, colour)
         else:
@@ -298,7 +302,7 @@ def _table_sun(
     if not np.any(lit):
         return total
     both = row_sections(setup.sections, setup.rows, theta[lit], sun.disc_rad)  # (R, W, U, 2)
-    halves = 0.5 if setup.scene.camera.polarizer_deg is not None else 1.0
+    halves = 0.5 if setup.polarised else 1.0
     mixed = share[lit] * both[..., 0] + (1.0 - share[lit]) * both[..., 1]
     sections = np.zeros((len(theta), both.shape[1], both.shape[0]))
     sections[lit] = halves * mixed.transpose(2, 1, 0)
@@ -330,7 +334,7 @@ def _under_lamps(setup: _Setup, rays: Array) -> Array:
             column = column + segment_column(lamp.position_m[2], slope, distance)
         depth = _depth_to_eye(setup, rays, start, pieces[:, 0])
         depth = depth + _depth_to_light(setup, lamp, points)
-        share = perpendicular_share(setup.scene.camera, lamp.position_m - origin, rays)
+        share = setup.world.view.perpendicular_share(lamp.position_m - origin, rays)
         if setup.sections is None:
             total += integrate_lamp(
                 start, pieces, column, depth, share, *_bow_arrays(setup), optics.air_depth,
@@ -353,7 +357,7 @@ def _lamp_sections(setup: _Setup) -> tuple[Array, Array, Array]:
     theta = np.sort(np.concatenate([theta, 0.5 * (theta[1:] + theta[:-1])]))
     both = row_sections(setup.sections, setup.rows, theta, 0.0).transpose(1, 0, 3, 2)
     both = np.ascontiguousarray(both)
-    if setup.scene.camera.polarizer_deg is not None:
+    if setup.polarised:
         both *= 0.5
     return theta, both, running_integral(both, theta)
 
@@ -365,9 +369,12 @@ def _bow_arrays(setup: _Setup) -> tuple[Array, Array]:
     each is the mean of both.
     """
     numbers = []
-    polarised = setup.scene.camera.polarizer_deg is not None
     for b in setup.optics.bows:
-        pair = (0.5 * b.perpendicular, 0.5 * b.parallel) if polarised else (b.strength, b.strength)
+        pair = (
+            (0.5 * b.perpendicular, 0.5 * b.parallel)
+            if setup.polarised
+            else (b.strength, b.strength)
+        )
         numbers.append(np.stack([b.angle_rad, b.scale, *pair]))
     return np.stack(numbers), np.array([b.side for b in setup.optics.bows])
 
@@ -382,17 +389,17 @@ def _moments(volume: DropletVolume) -> Array:
     return np.ascontiguousarray(moments.transpose(2, 1, 0, 3))
 
 
-def radiance_along(scene: Scene, rays: Array) -> Array:
+def radiance_along(world: World, rays: Array) -> Array:
     """Give what the eye receives along some rays, in float64.
 
     Args:
-        scene: the scene; its camera's position counts, and its direction for a polariser alone.
+        world: the world; its eye counts, and its picture for a polariser alone.
         rays: unit directions (n, 3).
 
     Returns:
         X, Y, Z (n, 3), Y in cd/m².
     """
-    return _gathered(_set_up(scene), rays)
+    return _gathered(_set_up(world), rays)
 
 
 def _gathered(setup: _Setup, rays: Array) -> Array:
@@ -404,27 +411,18 @@ def _gathered(setup: _Setup, rays: Array) -> Array:
     return total
 
 
-def spectral_radiance_along(scene: Scene, rays: Array) -> Array:
+def spectral_radiance_along(world: World, rays: Array) -> Array:
     """Give the spectral radiance that the eye receives along some rays, in float64.
 
     Args:
-        scene: the scene, as for :func:`radiance_along`.
+        world: the world, as for :func:`radiance_along`.
         rays: unit directions (n, 3).
 
     Returns:
-        Means over the bins of the scene's wavelength step (n, W), W m⁻² sr⁻¹ nm⁻¹: see
+        Means over the bins of the world's wavelength step (n, W), W m⁻² sr⁻¹ nm⁻¹: see
         :func:`rtbow.physics.light.spectrum.wavelength_bins`.
     """
-    setup = _set_up(scene)
-    bins = wavelength_bins(scene.render.wavelength_step_nm)
-
-    # With weights on a diagonal, the sum over wavelengths leaves each in a channel of its own.
-    def apart(lights: tuple[Sun, ...] | tuple[Lamp, ...]) -> tuple[Array, ...]:
-        return tuple(np.diag(bin_means(light.spectrum, bins)) for light in lights)
-
-    optics = setup.optics
-    optics = replace(optics, sun_weights=apart(optics.suns), lamp_weights=apart(optics.lamps))
-    return _gathered(replace(setup, optics=optics), rays)
+    return _gathered(_set_up(world, optics=world.optics.apart()), rays)
 
 
 def _rows_at_a_time(setup: _Setup, width: int, height: int) -> int:
@@ -437,34 +435,30 @@ def _rows_at_a_time(setup: _Setup, width: int, height: int) -> int:
 
 
 def render_reference(
-    scene: Scene,
+    world: World,
     progress: Progress = no_progress,
     columns: slice = slice(None),
     building: Progress = no_progress,
 ) -> Array:
-    """Render a scene in float64 at its own wavelength step (1 nm is the standard of truth).
+    """Render a world in float64 at its own wavelength step (1 nm is the standard of truth).
 
     Args:
-        scene: the scene.
+        world: the world.
         progress: wraps the loop over the picture's rows.
         columns: which columns of the picture; all by default.
         building: wraps the loop over parts of an exact table that has to be built first.
 
     Returns:
-        Linear Rec. 709 R, G, B in cd/m², float64 (h, columns, 3), first row on top.
-
-    Raises:
-        InputError: a spectrum or volume file is not usable.
+        Linear Rec. 709, D65, in cd/m², float64 (h, columns, 3), first row on top.
     """
-    setup = _set_up(scene, building)
-    width, height = scene.camera.size_px
+    setup = _set_up(world, building)
+    width, height = world.view.size_px
     width = len(range(width)[columns])
     xyz = np.zeros((height, width, 3))
     group = _rows_at_a_time(setup, width, height)
     for row in progress(range(height)):
         if row % group == 0:
             rows = slice(row, min(row + group, height))
-            rays = pixel_directions(scene.camera, rows)[:, columns]
-            found = _gathered(setup, rays.reshape(-1, 3))
-            xyz[rows] = found.reshape(rays.shape)
+            rays = world.view.pixel_directions(rows)[:, columns]
+            xyz[rows] = _gathered(setup, rays.reshape(-1, 3)).reshape(rays.shape)
     return xyz_to_rgb(xyz)

@@ -22,8 +22,8 @@ from rtbow.scene.model import Scene
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend, GlContext
-    from rtbow.render.fast.method import FastPass
-    from rtbow.render.spectral.method import SpectralPass
+    from rtbow.render.method import Method as DrawingMethod
+    from rtbow.world.world import World
 
 Method = Literal["auto", "fast", "spectral", "reference"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -57,7 +57,8 @@ class Renderer:
         self.unsuited = ""
         self._backend = backend
         self._context: GlContext | None = None
-        self._passes: dict[Method, list[SpectralPass | FastPass]] = {}
+        self._worlds: list[World] = []
+        self._methods: dict[Method, list[DrawingMethod]] = {}
         self._closed = False
 
     @property
@@ -110,12 +111,25 @@ class Renderer:
         require_finite(frame)
         return frame
 
+    def _resolved(self) -> list[World]:
+        """The worlds of the picture's parts, resolved when they are first needed."""
+        if not self._worlds:
+            from rtbow.world.world import resolve
+
+            self._worlds = [resolve(scene) for scene, _ in self.scene.parts()]
+        return self._worlds
+
+    @property
+    def _columns(self) -> list[slice]:
+        """The columns of the picture that each part fills."""
+        return [columns for _, columns in self.scene.parts()]
+
     def _render_reference(self, progress: Progress, building: Progress) -> NDArray[np.float32]:
         from rtbow.reference.render import render_reference
 
         parts = [
-            render_reference(scene, progress, columns, building)
-            for scene, columns in self.scene.parts()
+            render_reference(world, progress, columns, building)
+            for world, columns in zip(self._resolved(), self._columns, strict=True)
         ]
         return np.concatenate(parts, axis=1).astype(np.float32)
 
@@ -131,9 +145,9 @@ class Renderer:
         self._check(method)
         if method == "reference":
             raise InputError("method 'reference' needs no GL device; use render()")
-        with self._device(method, no_progress) as passes:
-            for one, (_, columns) in zip(passes, self.scene.parts(), strict=True):
-                one.draw(no_progress, columns)
+        with self._device(method, no_progress) as methods:
+            for part, columns in zip(methods, self._columns, strict=True):
+                part.draw(no_progress, columns)
 
     def show(self, scene: Scene) -> None:
         """Take over another scene from the next frame on; what is alike is kept.
@@ -145,18 +159,30 @@ class Renderer:
         """
         if self._closed:
             raise RtbowError("this Renderer is closed; make another")
-        parts = [part for part, _ in scene.parts()]
-        kept: dict[Method, list[SpectralPass | FastPass]] = {}
+        worlds = self._moved_worlds(scene)
+        kept: dict[Method, list[DrawingMethod]] = {}
         if self._context is not None:
             with self._translated(scene), self._context.current():
-                for method, passes in self._passes.items():
+                for name, methods in self._methods.items() if worlds else ():
                     # What the method cannot draw there is found out anew when it is asked for.
                     with suppress(UnsuitedError):
-                        if len(parts) == len(passes) and all(map(_move, passes, parts)):
-                            kept[method] = passes
-        self._passes, self.scene = kept, scene
+                        if all(map(_move, methods, worlds)):
+                            kept[name] = methods
+                self._methods = kept  # what is dropped is freed as the context is left
+        self._worlds, self._methods, self.scene = worlds, kept, scene
         if "auto" not in kept:
             self.unsuited = ""
+
+    def _moved_worlds(self, scene: Scene) -> list[World]:
+        """Give the worlds of a scene that has moved only; none where it differs in more."""
+        from rtbow.world.world import moved
+
+        parts = [part for part, _ in scene.parts()]
+        if len(parts) != len(self._worlds):
+            return []
+        worlds = [moved(world, part) for world, part in zip(self._worlds, parts, strict=True)]
+        there = [world for world in worlds if world is not None]
+        return there if len(there) == len(worlds) else []
 
     def prepare_moves(self) -> None:
         """Make what :meth:`show` of other places needs, before somebody waits for it.
@@ -167,14 +193,14 @@ class Renderer:
         if self._context is None:
             return
         with self._translated(self.scene), self._context.current():
-            for passes in self._passes.values():
-                for one in passes:
-                    one.prepare_moves()
+            for methods in self._methods.values():
+                for method in methods:
+                    method.prepare_moves()
 
     @property
     def texture_bytes(self) -> int:
         """Memory of the textures of all methods used so far."""
-        return sum(one.texture_bytes for passes in self._passes.values() for one in passes)
+        return sum(part.texture_bytes for parts in self._methods.values() for part in parts)
 
     def _check(self, method: Method) -> None:
         if self._closed:
@@ -185,18 +211,16 @@ class Renderer:
     def _render_shader(
         self, method: Method, progress: Progress, building: Progress
     ) -> NDArray[np.float32]:
-        with self._device(method, building) as passes:
+        with self._device(method, building) as methods:
             drawn = [
-                one.render(progress, columns)
-                for one, (_, columns) in zip(passes, self.scene.parts(), strict=True)
+                part.render(progress, columns)
+                for part, columns in zip(methods, self._columns, strict=True)
             ]
             return np.concatenate(drawn, axis=1)
 
     @contextmanager
-    def _device(
-        self, method: Method, building: Progress
-    ) -> Iterator[list[SpectralPass | FastPass]]:
-        """Make the GL context current and give the passes of a method, made when first asked for.
+    def _device(self, method: Method, building: Progress) -> Iterator[list[DrawingMethod]]:
+        """Make the GL context current and give a method for each part, made when first asked for.
 
         The device's own errors become ours.
         """
@@ -205,11 +229,11 @@ class Renderer:
         if self._context is None:
             self._context = open_context(self._backend)
         with self._translated(self.scene), self._context.current():
-            if method not in self._passes:
-                self._passes[method] = self._make_passes(self._context, method, building)
-            passes = self._passes[method]
-            self.method_used = passes[0].method
-            yield passes
+            if method not in self._methods:
+                self._methods[method] = self._make_methods(self._context, method, building)
+            methods = self._methods[method]
+            self.method_used = methods[0].name
+            yield methods
 
     @contextmanager
     def _translated(self, scene: Scene) -> Iterator[None]:
@@ -226,27 +250,28 @@ class Renderer:
                 " --method reference"
             ) from error
 
-    def _make_passes(
+    def _make_methods(
         self, context: GlContext, method: Method, building: Progress
-    ) -> list[SpectralPass | FastPass]:
+    ) -> list[DrawingMethod]:
+        worlds = self._resolved()
         # Imported when used: each brings modules that the other does not need.
         if method != "spectral":
-            from rtbow.render.fast.method import FastPass
+            from rtbow.render.fast.method import FastMethod
 
             try:
-                return [FastPass(context, scene, building) for scene, _ in self.scene.parts()]
+                return [FastMethod(context, world, building) for world in worlds]
             except UnsuitedError as error:
                 if method == "fast":
                     raise
                 self.unsuited = str(error)
-        from rtbow.render.spectral.method import SpectralPass
+        from rtbow.render.spectral.method import SpectralMethod
 
-        return [SpectralPass(context, scene, building) for scene, _ in self.scene.parts()]
+        return [SpectralMethod(context, world, building) for world in worlds]
 
     def close(self) -> None:
         """Release the GL context and all that lives on it; a second call does nothing."""
         self._closed = True
-        self._passes = {}
+        self._methods, self._worlds = {}, []
         if self._context is not None:
             self._context.close()
             self._context = None
@@ -263,5 +288,5 @@ class Renderer:
         self.close()
 
 
-def _move(one: SpectralPass | FastPass, scene: Scene) -> bool:
-    return one.move(scene)
+def _move(method: DrawingMethod, world: World) -> bool:
+    return method.move(world)

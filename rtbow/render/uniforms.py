@@ -1,4 +1,4 @@
-"""What shaders of every method are told about a scene."""
+"""What shaders of every method are told about a world."""
 
 from __future__ import annotations
 
@@ -16,11 +16,9 @@ from rtbow.physics.air import rayleigh
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
-from rtbow.scene.model import Scene
 from rtbow.tables.airy import NEAR_Z_LOW
-from rtbow.world.camera import camera_basis, polarizer_pass
 from rtbow.world.steps import StepRates
-from rtbow.world.world import Parts
+from rtbow.world.world import World
 
 MAX_STEPS = 1 << 20
 MOST_LOOPS = 65_000
@@ -34,7 +32,7 @@ def matrix_literal(matrix: NDArray[np.float64]) -> str:
     return f"mat3({values})"
 
 
-def common_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
+def common_defines(world: World) -> dict[str, Define]:
     """Give the constants and switches that mean the same in every method."""
     return {
         "EARTH_RADIUS_M": EARTH_RADIUS_M,
@@ -44,40 +42,39 @@ def common_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
         "XYZ_TO_RGB": matrix_literal(XYZ_TO_RGB),
         "NO_PLANE": NO_PLANE,
         "MAX_STEPS": MAX_STEPS,
-        "GRID": not parts.volume.uniform,
-        "AIR": parts.optics.has_air,
-        "EXTINCTION": parts.rain is not None,
-        "POLARIZER": scene.camera.polarizer_deg is not None,
+        "GRID": not world.volume.uniform,
+        "AIR": world.optics.has_air,
+        "EXTINCTION": world.rain is not None,
+        "POLARIZER": world.view.polarizer is not None,
     }
 
 
-def common_uniforms(scene: Scene, parts: Parts, box_m: Array, rates: StepRates) -> dict[str, Any]:
+def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, Any]:
     """Give the uniforms that mean the same in every method.
 
     Args:
-        scene: the scene.
-        parts: what it is made of.
+        world: the world.
         box_m: where its drops are (2, 3).
         rates: samples per metre of ray.
     """
-    camera, volume, eye = scene.camera, parts.volume, parts.eye_m
-    found: dict[str, Any] = {
-        "frameSize": tuple(float(n) for n in camera.size_px),
-        "cameraBasis": tuple(camera_basis(camera).ravel()),
+    view, volume, eye = world.view, world.volume, world.view.eye_m
+    uniforms: dict[str, Any] = {
+        "frameSize": tuple(float(n) for n in view.size_px),
+        "cameraBasis": tuple(view.basis.ravel()),
         "eyeHeight": float(eye[2]),
         # Relative to the eye in float64, so that float32 keeps its digits far from the origin.
         "boxLow": tuple(box_m[0] - eye),
         "boxHigh": tuple(box_m[1] - eye),
         "cellsPerMetre": tuple(rates.cells_per_metre),
         "airPerMetre": rates.air_per_metre,
-        "fixedSteps": scene.render.steps or 0,
+        "fixedSteps": world.fineness.steps or 0,
     }
-    if camera.polarizer_deg is not None:
-        found["polarizerPass"] = tuple(polarizer_pass(camera))
+    if view.polarizer is not None:
+        uniforms["polarizerPass"] = tuple(view.polarizer)
     if volume.uniform:
-        found["uniformDensity"] = float(volume.number_per_m3[0, 0, 0])
-        found["uniformExtinction"] = parts.rain_per_m
-    return found
+        uniforms["uniformDensity"] = float(volume.number_per_m3[0, 0, 0])
+        uniforms["uniformExtinction"] = world.rain_per_m
+    return uniforms
 
 
 def set_uniforms(program: GlProgram, values: Mapping[str, Any]) -> None:

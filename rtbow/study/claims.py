@@ -22,6 +22,7 @@ from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions
 from rtbow.world.lights import lamps, suns
 from rtbow.world.rain.volume import scene_volume
+from rtbow.world.world import resolve
 
 ARC = 0.7
 """Half width, in focal lengths, of the arc on which the shape of a lamp's bow is judged."""
@@ -194,9 +195,9 @@ def direct_ratio(frame: Frame, count: int = 40) -> tuple[float, float, float]:
         pick = np.linspace(0, len(rows) - 1, min(count, len(rows))).astype(np.int64)
         rays.append(pixel_directions(camera)[rows[pick], places[pick]])
         seen.append(float(shown[rows[pick], places[pick]].sum()))
-    left = radiance_along(without, rays[0])[:, 1].sum()
-    right = radiance_along(with_air, rays[1])[:, 1].sum()
-    bare = radiance_along(without, rays[1])[:, 1].sum()
+    left = radiance_along(resolve(without), rays[0])[:, 1].sum()
+    right = radiance_along(resolve(with_air), rays[1])[:, 1].sum()
+    bare = radiance_along(resolve(without), rays[1])[:, 1].sum()
     return seen[1] / seen[0], float(right / left), float(right / bare)
 
 

@@ -1,6 +1,9 @@
-"""Rays of a perspective camera and their way through a box, float64."""
+"""What a perspective camera sees: its axes, its rays, what a filter before it passes; float64."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -8,6 +11,110 @@ from rtbow.base.arrays import Array, floats
 from rtbow.base.limits import NO_PLANE
 from rtbow.physics.geometry import direction
 from rtbow.scene.model import Camera
+
+CONE_MARGIN = 2e-3
+"""Radians beyond a picture's corners that tables hold: for float32, and for the same view in
+another size, whose sides are rounded to whole pixels."""
+
+
+@dataclass(frozen=True)
+class View:
+    """What a camera sees of the world.
+
+    Attributes:
+        eye_m: where it is (3,): east, north, up.
+        basis: forward, right and up (3, 3), the latter two scaled by half the extent of the
+            picture plane at distance 1.
+        size_px: width and height of the picture.
+        fov_deg: horizontal field of view, whole angle.
+        polarizer: direction (3,) of the field that a polarising filter lets pass; None without one.
+    """
+
+    eye_m: Array
+    basis: Array
+    size_px: tuple[int, int]
+    fov_deg: float
+    polarizer: Array | None
+
+    @property
+    def pixel_deg(self) -> float:
+        """Mean extent of a pixel, degrees."""
+        return self.fov_deg / self.size_px[0]
+
+    @cached_property
+    def cone(self) -> tuple[Array, float]:
+        """The cone that holds the picture, through its corners: axis (3,) and half angle, rad."""
+        axis, right, up = self.basis
+        return axis, float(np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up))))
+
+    def angles_from(self, direction: Array) -> tuple[float, float]:
+        """Give the least and greatest angle from a direction (3,) to any ray of the picture, rad.
+
+        The range reaches ``CONE_MARGIN`` beyond the picture.
+        """
+        axis, cone = self.cone
+        cone += CONE_MARGIN
+        middle = float(np.arccos(np.clip(direction @ axis, -1.0, 1.0)))
+        return max(middle - cone, 0.0), min(middle + cone, np.pi)
+
+    def shows_no_more_than(self, other: View) -> bool:
+        """Whether this is another view in another size: it has no angle that tables for it lack."""
+        same = (
+            np.array_equal(self.eye_m, other.eye_m)
+            and np.array_equal(self.basis[:2], other.basis[:2])
+            and _equal_or_none(self.polarizer, other.polarizer)
+        )
+        # Half of the margin is left to float32.
+        return same and self.cone[1] - other.cone[1] <= 0.5 * CONE_MARGIN
+
+    def pixel_directions(self, rows: slice = slice(None)) -> Array:
+        """Give unit directions (h, w, 3) through the pixel centres, first row on top.
+
+        Args:
+            rows: which rows; all by default.
+        """
+        width, height = self.size_px
+        forward, right, up = self.basis
+        x = (np.arange(width) + 0.5) / width * 2.0 - 1.0
+        y = 1.0 - (np.arange(height)[rows] + 0.5) / height * 2.0
+        rays = forward + x[None, :, None] * right + y[:, None, None] * up
+        return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+
+    def perpendicular_share(self, towards_light: Array, rays: Array) -> Array:
+        """Give the share of the component perpendicular to the scattering plane in what is seen.
+
+        Args:
+            towards_light: from the eye to the light (3,), any length.
+            rays: unit directions of view (n, 3).
+
+        Returns:
+            (n,): cos² of the angle between that component's field and the one that the filter lets
+            pass; one half without a filter.
+        """
+        if self.polarizer is None:
+            return np.full(len(rays), 0.5)
+        # A filter passes the field along its own direction, as far as that is across the ray.
+        field = self.polarizer - (rays @ self.polarizer)[:, None] * rays
+        normal = np.cross(towards_light, rays)
+        passed = np.sum(field**2, axis=1)
+        whole = np.sum(normal**2, axis=1) * passed
+        # On the line through the light there is no plane; the mean over all of them is one half.
+        blur = NO_PLANE * np.sum(towards_light**2) * passed
+        along = np.sum(normal * field, axis=1)
+        return floats(0.5 + (along**2 - 0.5 * whole) / np.maximum(whole + blur, 1e-30))
+
+
+def _equal_or_none(a: Array | None, b: Array | None) -> bool:
+    return (a is None and b is None) or (a is not None and b is not None and np.array_equal(a, b))
+
+
+def view_of(camera: Camera) -> View:
+    """Resolve a scene's camera."""
+    basis = camera_basis(camera)
+    return View(
+        np.array(camera.position_m), basis, camera.size_px, camera.fov_deg,
+        None if camera.polarizer_deg is None else _polarizer(basis, camera.polarizer_deg),
+    )  # fmt: skip
 
 
 def camera_basis(camera: Camera) -> Array:
@@ -25,62 +132,14 @@ def camera_basis(camera: Camera) -> Array:
     return np.stack([forward, right * half, up * (half * height / width)])
 
 
-def picture_cone(camera: Camera) -> tuple[Array, float]:
-    """Give the cone that holds the picture, through its corners: axis (3,) and half angle, rad."""
-    axis, right, up = camera_basis(camera)
-    return axis, float(np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up))))
-
-
 def pixel_directions(camera: Camera, rows: slice = slice(None)) -> Array:
-    """Give unit directions through the pixel centres, first row on top.
-
-    Args:
-        camera: the camera.
-        rows: which rows; all by default.
-
-    Returns:
-        (h, w, 3).
-    """
-    width, height = camera.size_px
-    forward, right, up = camera_basis(camera)
-    x = (np.arange(width) + 0.5) / width * 2.0 - 1.0
-    y = 1.0 - (np.arange(height)[rows] + 0.5) / height * 2.0
-    rays = forward + x[None, :, None] * right + y[:, None, None] * up
-    return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+    """Give unit directions (h, w, 3) through a camera's pixel centres, first row on top."""
+    return view_of(camera).pixel_directions(rows)
 
 
-def polarizer_pass(camera: Camera) -> Array:
-    """Give the direction (3,) of the field that the camera's polarising filter lets pass.
-
-    ``polarizer_deg`` turns it from the picture's horizontal, counterclockwise as the eye sees it.
-    """
-    _, right, up = camera_basis(camera)
-    angle = np.radians(camera.polarizer_deg or 0.0)
+def _polarizer(basis: Array, polarizer_deg: float) -> Array:
+    """Direction (3,) that a filter passes, counterclockwise from horizontal as the eye sees it."""
+    _, right, up = basis
+    angle = np.radians(polarizer_deg)
     across, along = right / np.linalg.norm(right), up / np.linalg.norm(up)
     return floats(np.cos(angle) * across + np.sin(angle) * along)
-
-
-def perpendicular_share(camera: Camera, towards_light: Array, rays: Array) -> Array:
-    """Give the share of the component perpendicular to the scattering plane in what is seen.
-
-    Args:
-        camera: with or without a polarising filter.
-        towards_light: from the eye to the light (3,), any length.
-        rays: unit directions of view (n, 3).
-
-    Returns:
-        (n,): cos² of the angle between that component's field and the one that the filter lets
-        pass; one half without a filter.
-    """
-    if camera.polarizer_deg is None:
-        return np.full(len(rays), 0.5)
-    passing = polarizer_pass(camera)
-    # A filter passes the field along its own direction, as far as that is across the ray.
-    field = passing - (rays @ passing)[:, None] * rays
-    normal = np.cross(towards_light, rays)
-    passed = np.sum(field**2, axis=1)
-    whole = np.sum(normal**2, axis=1) * passed
-    # On the line through the light there is no plane, and the mean over all of them is one half.
-    blur = NO_PLANE * np.sum(towards_light**2) * passed
-    along = np.sum(normal * field, axis=1)
-    return floats(0.5 + (along**2 - 0.5 * whole) / np.maximum(whole + blur, 1e-30))

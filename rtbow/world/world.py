@@ -1,56 +1,135 @@
-"""What a scene is made of, as any method of the shader needs it."""
+"""A scene resolved: everything that any method needs to know about it, worked out once.
+
+Methods take a world and see nothing of the scene behind it. What only some of them need, and what
+takes long, is worked out when it is first asked for and kept with the world.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Float32,
-    Progress,
-    no_progress,
-)
-from rtbow.scene.model import Camera, Scene
-from rtbow.world.camera import picture_cone
-from rtbow.world.lights import Sun, lamps, suns
-from rtbow.world.optics import Optics, scene_optics, table_sections
+from rtbow.base.arrays import Array, Float32, Progress, no_progress
+from rtbow.physics.sizes import tabled_sizes
+from rtbow.scene.model import Scene
+from rtbow.world.camera import View, view_of
+from rtbow.world.lights import lamps, suns
+from rtbow.world.optics import Optics, scene_optics
 from rtbow.world.rain.volume import DropletVolume, scene_volume
 
 if TYPE_CHECKING:
-    from rtbow.tables.sections import Sections
+    from rtbow.tables.sections import Sections, Theory
     from rtbow.world.rain.extinction import RainExtinction
 
 
-CONE_MARGIN = 2e-3
-"""Radians beyond a picture's corners that tables hold: for float32, and for the same view in
-another size, whose sides are rounded to whole pixels."""
+@dataclass(frozen=True)
+class Scatterer:
+    """How a single drop scatters.
+
+    Attributes:
+        theory: ``airy`` or ``mie``.
+        orders: internal reflections (airy; mie has all).
+        temperature_c: of its water.
+        spread: standard deviation of ln(radius) about each size (mie).
+    """
+
+    theory: Theory
+    orders: tuple[int, ...]
+    temperature_c: float
+    spread: float
+
+    def sections(
+        self, wavelength_nm: Array, radii_um: tuple[float, float], progress: Progress = no_progress
+    ) -> Sections:
+        """Give the cross-sections of drops between two radii at wavelengths in air (W,).
+
+        Args:
+            wavelength_nm: the wavelengths.
+            radii_um: least and greatest radius that will be asked for.
+            progress: wraps the loop over parts of an exact table that must be built.
+
+        Raises:
+            InputError: wavelengths or a temperature beyond the table.
+        """
+        # Imported here, with the compiler of what is summed on the CPU.
+        from rtbow.tables.sections import water_sections
+
+        return water_sections(
+            self.theory, wavelength_nm, self.temperature_c, radii_um,
+            orders=self.orders, spread=self.spread, progress=progress,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Parts:
-    """What a scene is made of, as the shader needs it.
+class Fineness:
+    """How finely a scene asks to be computed.
 
     Attributes:
-        optics: per-wavelength numbers.
-        volume: the drops.
-        sections: cross-sections to be laid out in a table, or None for Airy's bows in place.
-        rain: the drops' own extinction, or None.
-        eye_m: where the camera is (3,).
+        wavelength_step_nm: of methods spectral and reference.
+        steps: samples along a ray; None where they follow the grid.
+        max_delta_e: CIEDE2000 at the 99th percentile of pixels that method fast may have.
     """
 
+    wavelength_step_nm: float
+    steps: int | None
+    max_delta_e: float
+
+
+@dataclass(frozen=True)
+class World:
+    """A scene resolved.
+
+    Attributes:
+        view: the eye, the picture and the filter before it.
+        optics: per-wavelength numbers, and the lights.
+        scatterer: how a single drop scatters.
+        volume: the drops.
+        rain: the drops' own extinction, or None.
+        fineness: how finely it asks to be computed.
+    """
+
+    view: View
     optics: Optics
+    scatterer: Scatterer
     volume: DropletVolume
-    sections: Sections | None
     rain: RainExtinction | None
-    eye_m: Array
+    fineness: Fineness
+    _scene: Scene = field(repr=False)
+    _tables: dict[str, Sections] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def rain_per_m(self) -> float:
         """Greatest extinction by the rain, 1/m; 0 where it does not attenuate."""
         return self.rain.greatest if self.rain is not None else 0.0
+
+    @property
+    def bows_in_place(self) -> bool:
+        """Whether a drop's bows can be evaluated where it is: Airy's theory, one size a point."""
+        return self.scatterer.theory == "airy" and self.volume.sizes is None
+
+    @property
+    def tabled_range_um(self) -> tuple[float, float]:
+        """Least and greatest radius that a table of the drops' cross-sections must hold."""
+        sizes = self.volume.sizes
+        if sizes is not None and self.scatterer.theory == "mie":
+            return tabled_sizes(sizes).range_um
+        return self.volume.size_range_um
+
+    def sections(self, progress: Progress = no_progress) -> Sections:
+        """Give cross-sections of the drops at the world's wavelengths, built when first asked for.
+
+        Args:
+            progress: wraps the loop over parts of an exact table that must be built.
+
+        Raises:
+            InputError: wavelengths or a temperature beyond the table.
+        """
+        if "sections" not in self._tables:
+            nm = self.optics.wavelength_nm
+            self._tables["sections"] = self.scatterer.sections(nm, self.tabled_range_um, progress)
+        return self._tables["sections"]
 
     def moments(self) -> Float32:
         """Give what the shader interpolates at grid points: density, density times radius and,
@@ -58,63 +137,70 @@ class Parts:
         moments = self.volume.moments()
         if self.rain is None:
             return moments
-        field = self.rain.field.astype(np.float32)[..., None]
-        return np.concatenate([moments, field], axis=-1)
+        extinction = self.rain.field.astype(np.float32)[..., None]
+        return np.concatenate([moments, extinction], axis=-1)
+
+    def differs_in_places_alone(self, other: World) -> bool:
+        """Whether two worlds differ in where camera and lights are and in the size alone."""
+        return self.volume is other.volume or _without_places(self._scene) == _without_places(
+            other._scene
+        )
 
 
-def scene_parts(scene: Scene, progress: Progress = no_progress, *, tables: bool = True) -> Parts:
-    """Compute a scene's parts.
-
-    Args:
-        scene: the scene.
-        progress: wraps the loop over parts of an exact table that has to be built first.
-        tables: with cross-sections, where the scene needs a table of them.
+def resolve(scene: Scene) -> World:
+    """Resolve a scene.
 
     Raises:
         InputError: a spectrum or volume is not usable.
     """
     optics = scene_optics(scene)
     volume = scene_volume(scene)
-    return Parts(
+    scattering, render = scene.scattering, scene.render
+    rain = None
+    if scene.droplets.extinction:
+        # Imported here, with the compiler of what is summed on the CPU.
+        from rtbow.world.rain.extinction import rain_extinction
+
+        rain = rain_extinction(scene, optics, volume)
+    return World(
+        view_of(scene.camera),
         optics,
+        Scatterer(
+            scattering.theory, scattering.orders, scattering.water_temperature_c,
+            scattering.size_spread,
+        ),
         volume,
-        table_sections(scene, optics, volume, progress) if tables else None,
-        _rain(scene, optics, volume) if scene.droplets.extinction else None,
-        np.array(scene.camera.position_m),
-    )
+        rain,
+        Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
+        scene,
+    )  # fmt: skip
 
 
-def moved_parts(parts: Parts, before: Scene, scene: Scene) -> Parts:
-    """Give the parts of a scene that differs from theirs in where camera and lights are.
+def moved(world: World, scene: Scene) -> World | None:
+    """Give the world of a scene that differs from its own in where camera and lights are.
 
-    Args:
-        parts: those of the scene before.
-        before: that scene.
-        scene: the other one. Where its lights are the same, so are its optics.
+    Returns:
+        A world that shares all else with this one, this one itself where nothing differs, or None
+        if the scenes differ in more.
     """
-    optics = parts.optics
+    before = world._scene
+    if scene == before:
+        return world
+    if _without_places(scene) != _without_places(before):
+        return None
+    optics = world.optics
     if scene.light != before.light:
         # Spectra do not move, and their sums over the wavelengths would take a while.
         optics = replace(optics, suns=suns(scene), lamps=lamps(scene))
-    return replace(parts, optics=optics, eye_m=np.array(scene.camera.position_m))
+    return replace(world, view=view_of(scene.camera), optics=optics, _scene=scene)
 
 
-def _rain(scene: Scene, optics: Optics, volume: DropletVolume) -> RainExtinction:
-    # Imported here, with the compiler of what is summed on the CPU.
-    from rtbow.world.rain.extinction import rain_extinction
-
-    return rain_extinction(scene, optics, volume)
-
-
-def cone_range(camera: Camera, sun: Sun) -> tuple[float, float]:
-    """Least and greatest scattering angle of a sun in the picture and ``CONE_MARGIN`` beyond it."""
-    axis, cone = picture_cone(camera)
-    cone += CONE_MARGIN
-    middle = float(np.arccos(np.clip(sun.direction @ axis, -1.0, 1.0)))
-    return max(middle - cone, 0.0), min(middle + cone, np.pi)
-
-
-def scattering_range(camera: Camera, optics: Optics) -> tuple[float, float]:
-    """Least and greatest scattering angle of any sun in the picture, rad."""
-    ends = [cone_range(camera, sun) for sun in optics.suns]
-    return min(low for low, _ in ends), max(high for _, high in ends)
+def _without_places(scene: Scene) -> dict[str, Any]:
+    """Give all of a scene but where its camera and lights are, and what of the picture it fills."""
+    values = scene.model_dump(exclude={"compare"})
+    for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg", "size_px"):
+        values["camera"].pop(name)
+    for light in values["light"]:
+        for name in ("position_m", "azimuth_deg", "altitude_deg"):
+            light.pop(name, None)
+    return values

@@ -20,9 +20,10 @@ from hypothesis import strategies as st
 
 import rtbow.tables.layout
 from rtbow.reference.render import render_reference
-from rtbow.render.spectral.method import SpectralPass
+from rtbow.render.spectral.method import SpectralMethod
 from rtbow.scene.model import Scene
 from rtbow.world.rain.volume import DropletVolume, save_volume
+from rtbow.world.world import resolve
 from textbook import LUMINANCE
 
 EYE = (0.0, 0.0, 1.6)
@@ -461,7 +462,7 @@ def raw_frame(contexts: Any, scene: Scene) -> np.ndarray:
     """Draw the shader's frame, before anything looks at it."""
     context = contexts("egl")
     with context.current():
-        return SpectralPass(context, scene).render()
+        return SpectralMethod(context, resolve(scene)).render()
 
 
 def errors_of(frame: np.ndarray, exact: np.ndarray, percentile: float) -> np.ndarray:
@@ -476,7 +477,7 @@ def test_hard_case(gl_contexts, tmp_path, save_failure, case):
     frame = raw_frame(gl_contexts, scene)
     assert np.isfinite(frame).all(), case.why
     assert not np.any((frame != 0.0) & (np.abs(frame) < SMALLEST_NORMAL)), "denormal numbers"
-    exact = render_reference(scene, columns=columns)
+    exact = render_reference(resolve(scene), columns=columns)
     save_failure("hard", frame[:, columns], exact)
     assert np.isfinite(exact).all()
     if case.dark:
@@ -533,7 +534,7 @@ def test_no_bands_in_fog(gl_contexts, radius_um):
     shares = []
     for each in (droplets, droplets | {"extinction": False}):
         scene = make(camera, lights, each, {})
-        frame, exact = raw_frame(gl_contexts, scene), render_reference(scene)
+        frame, exact = raw_frame(gl_contexts, scene), render_reference(resolve(scene))
         shares.append((frame @ LUMINANCE, exact @ LUMINANCE))
     ratio = (shares[0][0] / shares[1][0]) / (shares[0][1] / shares[1][1])
     # Steps that came and went from pixel to pixel would show here: 1 and 3 parts in 10,000.
@@ -652,7 +653,7 @@ def scenes(draw: st.DrawFn) -> Scene:
 )
 @given(scene=scenes())
 def test_any_scene_is_the_references(gl_contexts, scene):
-    frame, exact = raw_frame(gl_contexts, scene), render_reference(scene)
+    frame, exact = raw_frame(gl_contexts, scene), render_reference(resolve(scene))
     assert np.isfinite(frame).all()
     assert np.isfinite(exact).all()
     # Colours outside of Rec. 709 have negative components, but no negative light.

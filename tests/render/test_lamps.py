@@ -24,6 +24,7 @@ from rtbow.tables.airy import (
     shader_constants,
 )
 from rtbow.world.lights import lamps
+from rtbow.world.world import resolve
 from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
 
 
@@ -41,7 +42,7 @@ def render(scene, backend="osmesa"):
 
 @cache
 def _reference(text):
-    frame = render_reference(Scene.model_validate_json(text))
+    frame = render_reference(resolve(Scene.model_validate_json(text)))
     assert np.all(np.isfinite(frame))
     return frame
 
@@ -252,7 +253,7 @@ def test_reference_by_quadrature_over_distance(ray):
             cross_section(index_of(nm), nm * 1e-9, ray.radius_um * 1e-6, theta, k) for k in (1, 2)
         )
         per_nm.append(NUMBER * (share * section / squared).sum())
-    got = RGB_TO_XYZ @ render_reference(ray.scene())[0, 0]
+    got = RGB_TO_XYZ @ render_reference(resolve(ray.scene()))[0, 0]
     np.testing.assert_allclose(got, colour_of(per_nm), rtol=1e-5)  # worst 1e-6
 
 
@@ -297,7 +298,7 @@ def test_reference_by_quadrature_with_the_lamps_disc(ray, diameter_m):
         )
         for nm in NM
     ]
-    got = RGB_TO_XYZ @ render_reference(ray.scene(diameter_m))[0, 0]
+    got = RGB_TO_XYZ @ render_reference(resolve(ray.scene(diameter_m)))[0, 0]
     # The reference takes the lamp's disc as flat, this one as part of the sphere: 7e-4 and 5e-3.
     # In the curtain a lamp of twice the size differs by 0.03 to 1.2, a point by 0.02 to 0.9.
     bound = 1e-3 if diameter_m == 0.1 else 1e-2
@@ -337,7 +338,7 @@ def closed_xyz(ray):
 
 @by_ray
 def test_reference_is_the_closed_form(ray):
-    got = RGB_TO_XYZ @ render_reference(ray.scene())[0, 0]
+    got = RGB_TO_XYZ @ render_reference(resolve(ray.scene()))[0, 0]
     np.testing.assert_allclose(got, closed_xyz(ray), rtol=2e-7)  # worst 5e-8
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
+from rtbow.render.spectral.strips import strips
 
 import rtbow
 import rtbow.render.spectral.method
 from rtbow.render.renderer import Renderer
-from rtbow.render.spectral.strips import strips
 
 SMALL = {"camera.size_px": [32, 18]}
 
@@ -162,7 +162,7 @@ class TestRefusals:
         def fail(*_):
             raise error
 
-        monkeypatch.setattr(rtbow.render.spectral.method.SpectralPass, "render", fail)
+        monkeypatch.setattr(rtbow.render.spectral.method.SpectralMethod, "render", fail)
         with Renderer(scene) as renderer:
             with pytest.raises(rtbow.UnavailableError, match=message):
                 renderer.render("spectral")

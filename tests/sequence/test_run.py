@@ -290,7 +290,7 @@ def test_whole_numbers_move(call):
 @pytest.fixture
 def made(monkeypatch):
     """How many passes and lights of method fast, and renderers, were constructed."""
-    counts = {"FastPass": 0, "FastSun": 0, "Renderer": 0}
+    counts = {"FastMethod": 0, "FastSun": 0, "Renderer": 0}
 
     def count(kind: type) -> None:
         true_init = kind.__init__
@@ -302,7 +302,7 @@ def made(monkeypatch):
         monkeypatch.setattr(kind, "__init__", init)
 
     for kind in (
-        rtbow.render.fast.method.FastPass,
+        rtbow.render.fast.method.FastMethod,
         rtbow.render.fast.method.FastSun,
         rtbow.render.renderer.Renderer,
     ):
@@ -323,13 +323,13 @@ def test_moving_places_build_tables_once(call, made, moves):
     """Once for the first frame, and once more for all places (``Renderer.prepare_moves``)."""
     args = ("--frames", "12", "-o", "%d.exr", "-o", "%d.png", *SMALL, "-q")
     assert call("animate", "uniform", *moves, *args) == Result(0, "", "")
-    assert made == {"FastPass": 1, "FastSun": 2, "Renderer": 1}
+    assert made == {"FastMethod": 1, "FastSun": 2, "Renderer": 1}
 
 
 def test_what_changes_the_drops_builds_tables_for_each_frame(call, made):
     args = ("--frames", "4", "-o", "%d.exr", *SMALL, "-q")
     assert call("animate", "uniform", "--key", "droplets.radius.radius_um=200:500", *args).code == 0
-    assert made == {"FastPass": 4, "FastSun": 4, "Renderer": 1}
+    assert made == {"FastMethod": 4, "FastSun": 4, "Renderer": 1}
 
 
 @pytest.mark.parametrize(

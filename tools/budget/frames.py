@@ -10,6 +10,7 @@ from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.render.renderer import Method
 from rtbow.scene.model import Scene
+from rtbow.world.world import resolve
 
 SIZE = [64, 36]
 SIZE_NAME = f"{SIZE[0]}×{SIZE[1]}"
@@ -21,7 +22,7 @@ def frame(scene: Scene, method: Method) -> Array:
         from rtbow.reference.render import render_reference
 
         # Renderer gives float32, which would hide what float32 does.
-        return rgb_to_xyz(render_reference(scene))
+        return rgb_to_xyz(render_reference(resolve(scene)))
     with rtbow.Renderer(scene, "egl") as renderer:
         return rgb_to_xyz(floats(renderer.render(method)))
 

@@ -12,9 +12,10 @@ from rtbow.physics.geometry import box_span
 from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
 from rtbow.tables.layout import radius_axis, row_sections
-from rtbow.tables.sections import Sections, water_sections
-from rtbow.world.optics import Optics, scene_optics, table_sections
+from rtbow.tables.sections import Sections
+from rtbow.world.optics import scene_optics
 from rtbow.world.rain.volume import build_volume
+from rtbow.world.world import resolve
 
 _DEPTH_M = 100.0
 _ALTITUDE_DEG = 10.0
@@ -49,7 +50,7 @@ def strip_rays(theta: Array) -> Array:
 
 def reference_strip(scene: Scene, theta: Array) -> Array:
     """Render a strip by the method ``reference``: X, Y, Z (n, 3)."""
-    return radiance_along(scene, strip_rays(theta))
+    return radiance_along(resolve(scene), strip_rays(theta))
 
 
 def table_strip(
@@ -82,7 +83,7 @@ def drop_xyz(
 ) -> Array:
     """Give X, Y, Z (n, 3) per drop and area, with arguments as :func:`table_strip`."""
     optics, volume = scene_optics(scene), build_volume(scene.droplets)
-    sections = sections or scene_sections(scene, optics)
+    sections = sections or scene_sections(scene)
     rows = radius_axis(volume.radius_range_um, volume.sizes)
     both = row_sections(sections, rows, theta, optics.suns[0].disc_rad)
     mean = rows.radius_m[0] ** 2 * both[0].mean(axis=-1)
@@ -92,13 +93,6 @@ def drop_xyz(
     return floats(mean.T @ colour)
 
 
-def scene_sections(scene: Scene, optics: Optics) -> Sections:
+def scene_sections(scene: Scene) -> Sections:
     """Give the tables' cross-sections at a scene's wavelengths, for either theory."""
-    volume = build_volume(scene.droplets)
-    found = table_sections(scene, optics, volume)
-    if found is not None:
-        return found
-    return water_sections(
-        "airy", optics.wavelength_nm, scene.scattering.water_temperature_c,
-        volume.radius_range_um, orders=scene.scattering.orders,
-    )  # fmt: skip
+    return resolve(scene).sections()

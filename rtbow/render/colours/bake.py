@@ -30,9 +30,9 @@ from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.render.colours.basis import LightBasis
 from rtbow.render.uniforms import bow_rows, dark_edges
-from rtbow.scene.model import Scattering
 from rtbow.tables.airy import airy_table, shader_constants
 from rtbow.tables.layout import RadiusAxis, row_sections
+from rtbow.world.world import Scatterer
 
 _ROWS_AT_A_TIME = 32
 _KEPT_FILES = 32
@@ -44,19 +44,19 @@ class Drops:
     """Drops whose colours are wanted.
 
     Attributes:
-        scattering: theory, orders, water.
+        scatterer: theory, orders, water.
         radius_m: rows (R,); one for a mixture.
         mixture: sizes that the one row stands for, if it is one.
     """
 
-    scattering: Scattering
+    scatterer: Scatterer
     radius_m: Array
     mixture: Sizes | None
 
     @property
     def on_device(self) -> bool:
         """Whether the shader evaluates them: Airy's bows of single sizes."""
-        return self.scattering.theory == "airy" and self.mixture is None
+        return self.scatterer.theory == "airy" and self.mixture is None
 
 
 def outcomes(
@@ -91,8 +91,8 @@ def outcomes(
 
     key = repr(
         (
-            source_digest(""), file_digest(COMPACT_FILE),
-            drops.scattering.model_dump(), drops.radius_m.tobytes(),
+            source_digest("physics", "tables", "render.colours"), file_digest(COMPACT_FILE),
+            drops.scatterer, drops.radius_m.tobytes(),
             None if drops.mixture is None else
             (drops.mixture.radius_m.tobytes(), drops.mixture.share.tobytes()),
             light.wavelength_nm.tobytes(), light.weights.tobytes(), theta.tobytes(), disc_rad,
@@ -117,17 +117,12 @@ def _from_sections(
     drops: Drops, light: LightBasis, theta: Array, disc_rad: float, *,
     components: bool, progress: Progress,
 ) -> Float32:  # fmt: skip
-    from rtbow.tables.sections import water_sections
-
-    scattering, radii = drops.scattering, drops.radius_m
+    scatterer, radii = drops.scatterer, drops.radius_m
     range_um = float(radii[0] * 1e6), float(radii[-1] * 1e6)
     if drops.mixture is not None:
-        mixed = tabled_sizes(drops.mixture) if scattering.theory == "mie" else drops.mixture
+        mixed = tabled_sizes(drops.mixture) if scatterer.theory == "mie" else drops.mixture
         range_um = mixed.range_um
-    sections = water_sections(
-        scattering.theory, light.wavelength_nm, scattering.water_temperature_c, range_um,
-        orders=scattering.orders, spread=scattering.size_spread, progress=progress,
-    )  # fmt: skip
+    sections = scatterer.sections(light.wavelength_nm, range_um, progress)
     parts = []
     for start in range(0, len(radii), _ROWS_AT_A_TIME):
         some = radii[start : start + _ROWS_AT_A_TIME]
@@ -149,8 +144,8 @@ def _bake(
     components: bool,
 ) -> Float32:  # fmt: skip
     nm = light.wavelength_nm
-    index = relative_index(nm, drops.scattering.water_temperature_c)
-    the_bows = bows(drops.scattering.orders, nm * 1e-9, index)
+    index = relative_index(nm, drops.scatterer.temperature_c)
+    the_bows = bows(drops.scatterer.orders, nm * 1e-9, index)
     sides = ", ".join(glsl_literal(b.side) for b in the_bows)
     count = len(light.weights)
     defines: dict[str, Define] = {

@@ -8,27 +8,17 @@ drops are even, and what a few steps miss of uneven drops varies slowly over the
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
+import moderngl
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Float32,
-    Progress,
-    floats,
-    no_progress,
-)
+from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.base.errors import UnsuitedError
+from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
-from rtbow.gl.program import (
-    FrameTarget,
-    GlProgram,
-    Texture,
-    added_up,
-    row_texture,
-)
+from rtbow.gl.program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.physics.air.rayleigh import NO_AIR, Column
-from rtbow.render.colours.basis import column_degree
 from rtbow.render.colours.table import (
     ColourTable,
     bow_width,
@@ -38,17 +28,9 @@ from rtbow.render.colours.table import (
     unfolded,
 )
 from rtbow.render.fast.columns import lamp_column
-from rtbow.render.fast.light import bake_light, most_texels
-from rtbow.render.fast.shared import (
-    FastScene,
-    bind_rain,
-    block_for,
-    blocks_of,
-    check_loops,
-    flag_target,
-    scene_defines,
-    set_scene,
-)
+from rtbow.render.fast.light import LightPlan, most_texels, plan_light
+from rtbow.render.fast.nodes import Nodes, block_for
+from rtbow.render.fast.shared import Plan, bind_rain, check_loops, light_defines, set_scene
 from rtbow.tables.layout import running_integral
 from rtbow.world.lights import NEAREST_M, Lamp
 from rtbow.world.steps import lamp_steps, most_steps
@@ -73,168 +55,215 @@ _MOST_NODES = 32
 lamp only."""
 
 
-class FastLamp:
-    """One lamp's programs and textures.
+@dataclass(frozen=True)
+class LampPlan:
+    """What is decided about one lamp before the device is touched.
 
-    Args:
-        here: the scene, whose GL context must be current here and in every method.
-        number: which of its lamps.
-        building: wraps the loop over parts of an exact table that has to be built first.
-        roaming: make tables that serve other places of camera and lamp, too.
+    Attributes:
+        plan: the world's.
+        lamp: the lamp.
+        column: range of air columns that its table covers.
+        fringe_rad: width of the finest detail.
+        light: what its colours are tabled for.
+        degree: of the table's polynomial in the column.
+        block: pixels between nodes; 0 for none.
     """
 
-    def __init__(
-        self, here: FastScene, number: int, building: Progress, *, roaming: bool = False
-    ) -> None:
-        self._here, self._number = here, number
-        gl, scene, parts, settings = here.gl, here.scene, here.parts, here.settings
-        lamp, volume, air = self._lamp, parts.volume, parts.optics.has_air
-        self._column = self._reach(here)
-        if roaming and air:
-            self._column = Column(0.0, 2.0 * self._column.high)
-        fringe = bow_width(volume.size_range_um[1] * 1e-6)
-        wide = lamp.radius_m / max(float(np.linalg.norm(lamp.position_m - parts.eye_m)), 1e-3)
-        if len(here.radii.rows) > 1 and wide > _WIDE_DISC * settings.share * fringe:
-            raise UnsuitedError(
-                f"light.diameter_m = {2.0 * lamp.radius_m:g}: method fast does not follow fringes"
-                " of drops of several radii under so large a lamp; use --method spectral, a smaller"
-                " diameter, or a larger render.max_delta_e"
-            )
-        chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels(here))
-        baked = bake_light(here, lamp.spectrum, self._column, chord, building)
-        self._grey = baked.basis.grey(self._column.middle)
-        degree = column_degree(baked.basis, self._column, settings.colour)
-        self.table = colour_table(baked, self._column, degree)
-        even = volume.uniform and parts.rain is None
-        self._block = 0 if even else block_for(scene.camera, settings.lamp_block)
-        self._size_px = scene.camera.size_px
-        defines: dict[str, Define] = {
-            **scene_defines(here, self.table),
+    plan: Plan
+    lamp: Lamp
+    column: Column
+    fringe_rad: float
+    light: LightPlan
+    degree: int
+    block: int
+
+    @property
+    def defines(self) -> dict[str, Define]:
+        """The switches and constants of all its programs."""
+        world = self.plan.world
+        even = world.volume.uniform and world.rain is None
+        return {
+            **light_defines(self.plan, degree=self.degree, rain=self.light.basis.rain),
             "NEAREST_M": NEAREST_M,
             "LAMP_COUNT": 1,
-            "LAMP_DISC": lamp.radius_m > 0.0,
-            "BLOCKS": self._block > 0,
+            "LAMP_DISC": self.lamp.radius_m > 0.0,
+            "BLOCKS": self.block > 0,
             "EVEN": even,
-            "EVEN_STEPS": self._air_steps() if air and even else 1,
+            "EVEN_STEPS": _air_steps(self.plan) if world.optics.has_air and even else 1,
             "LEAST_TEXELS": _LEAST_TEXELS,
             "DISC_ROWS": _DISC_ROWS,
             "PARTS": True,
             "HAT_GROUPS": 0,
         }
+
+
+def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False) -> LampPlan:
+    """Decide how a lamp is drawn.
+
+    Args:
+        plan: the world's.
+        lamp: the lamp.
+        most_texels: along a table, that the device takes.
+        roaming: with tables that serve other places of camera and lamp, too.
+
+    Raises:
+        UnsuitedError: the method cannot draw it within the world's error.
+    """
+    world, settings = plan.world, plan.settings
+    column = _reach(plan, lamp)
+    if roaming and world.optics.has_air:
+        column = Column(0.0, 2.0 * column.high)
+    fringe = bow_width(world.volume.size_range_um[1] * 1e-6)
+    wide = lamp.radius_m / max(float(np.linalg.norm(lamp.position_m - world.view.eye_m)), 1e-3)
+    if len(plan.radii.rows) > 1 and wide > _WIDE_DISC * settings.share * fringe:
+        raise UnsuitedError(
+            f"light.diameter_m = {2.0 * lamp.radius_m:g}: method fast does not follow fringes"
+            " of drops of several radii under so large a lamp; use --method spectral, a smaller"
+            " diameter, or a larger render.max_delta_e"
+        )
+    chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels)
+    light = plan_light(plan, lamp.spectrum, column, chord)
+    even = world.volume.uniform and world.rain is None
+    block = 0 if even else block_for(world.view, settings.lamp_block)
+    return LampPlan(plan, lamp, column, fringe, light, light.degree(column), block)
+
+
+def _reach(plan: Plan, lamp: Lamp) -> Column:
+    """Columns of air by way of the drops."""
+    if not plan.world.optics.has_air:
+        return NO_AIR
+    return lamp_column(lamp, plan.box_m, plan.world.view.eye_m)
+
+
+def _air_steps(plan: Plan) -> int:
+    """Steps through even drops in air, a power of two: each halves the one before."""
+    wanted = most_steps(plan.rates, plan.world.volume)
+    return min(max(1 << math.ceil(math.log2(wanted)), 2), _MOST_AIR_STEPS)
+
+
+class FastLamp:
+    """One lamp's programs and textures.
+
+    Args:
+        gl: the context; it must be current here and in every method.
+        plan: the world's.
+        number: which of its lamps.
+        drops: the volume's moments on the device; None for an even one.
+        building: wraps the loop over parts of an exact table that has to be built first.
+        roaming: make tables that serve other places of camera and lamp, too.
+
+    Raises:
+        UnsuitedError: the method cannot draw it within the world's error.
+    """
+
+    def __init__(
+        self, gl: GlContext, plan: Plan, number: int, drops: moderngl.Texture3D | None,
+        building: Progress, *, roaming: bool = False,
+    ) -> None:  # fmt: skip
+        self._gl, self._number, self._drops = gl, number, drops
+        lamp = plan.world.optics.lamps[number]
+        self.plan = plan_lamp(plan, lamp, most_texels(gl), roaming=roaming)
+        light, defines = self.plan.light, self.plan.defines
+        self._grey = light.basis.grey(self.plan.column.middle)
+        self.table = colour_table(light.bake(gl, building), self.plan.column, self.plan.degree)
         self._compose = GlProgram(gl, "fast/lamp/pixel.frag", defines)
-        self._marching = [self._compose]
-        if self._block:
+        self.marching = [self._compose]
+        self._nodes: Nodes | None = None
+        if self.plan.block:
             self._node = GlProgram(gl, "fast/lamp/node.frag", defines)
             self._flags = GlProgram(gl, "fast/flags.frag", {**defines, "SEVERAL_RADII": False})
-            self._marching.append(self._node)
+            self.marching.append(self._node)
             self._make_nodes()
-        self._bind(chord, fringe)
+        self._bind()
         self._place()
 
-    @property
-    def _lamp(self) -> Lamp:
-        return self._here.parts.optics.lamps[self._number]
-
-    def move(self, here: FastScene) -> bool:
-        """Take over a scene that differs in where camera and lamp are.
+    def move(self, plan: Plan) -> bool:
+        """Take over a world that differs in where camera and lamp are.
 
         Returns:
             Whether that could be done; if not, nothing has changed.
         """
-        if self._reach(here).high > self._column.high:
+        before, lamp = self.plan, plan.world.optics.lamps[self._number]
+        if _reach(plan, lamp).high > before.column.high:
             return False
-        camera = here.scene.camera
-        block = block_for(camera, here.settings.lamp_block) if self._block else 0
-        if self._block and not block:
+        view = plan.world.view
+        block = block_for(view, plan.settings.lamp_block) if before.block else 0
+        if before.block and not block:
             return False
-        before, self._here = self._lamp, here
-        if (block, camera.size_px) != (self._block, self._size_px):
-            self._block, self._size_px = block, camera.size_px
-            if block:
-                self._make_nodes()
-        if np.any(before.position_m != self._lamp.position_m):
-            bind_rain(self._marching, self._lamp, here)
+        self.plan = replace(before, plan=plan, lamp=lamp, block=block)
+        if block and (block, view.size_px) != (before.block, before.plan.world.view.size_px):
+            self._make_nodes()
+        if np.any(before.lamp.position_m != lamp.position_m):
+            bind_rain(self._gl, self.marching, lamp, plan.world)
         self._place()
         return True
 
-    def anew(self, here: FastScene) -> FastLamp:
+    def anew(self, plan: Plan) -> FastLamp:
         """Make a lamp that could not move, for places farther away."""
-        return FastLamp(here, self._number, no_progress, roaming=True)
+        return FastLamp(self._gl, plan, self._number, self._drops, no_progress, roaming=True)
 
-    def _air_steps(self) -> int:
-        """Steps through even drops in air, a power of two: each halves the one before."""
-        wanted = most_steps(self._here.rates, self._here.parts.volume)
-        return min(max(1 << math.ceil(math.log2(wanted)), 2), _MOST_AIR_STEPS)
-
-    def _reach(self, here: FastScene) -> Column:
-        if not here.parts.optics.has_air:
-            return NO_AIR
-        return lamp_column(here.parts.optics.lamps[self._number], here.box_m, here.parts.eye_m)
-
-    def _bind(self, chord: Array, fringe: float) -> None:
+    def _bind(self) -> None:
         """Upload what stays, wherever camera and lamp are."""
-        here, lamp, table = self._here, self._lamp, self.table
+        lamp, table, chord = self.plan.lamp, self.table, self.plan.light.chord
         colours = table.values[: table.rows * table.components]
         running = running_colours(floats(colours), unfolded(chord))
-        first = _LEAST_BLUR * fringe
+        first = _LEAST_BLUR * self.plan.fringe_rad
         if lamp.radius_m > 0.0 and table.rows == 1:
             ratios = np.geomspace(first, _MOST_RATIO, _DISC_ROWS - 1)
-            running = over_discs(table, chord, ratios, fringe)
-        textures = row_texture(here.gl, table.values), row_texture(here.gl, running)
+            running = over_discs(table, chord, ratios, self.plan.fringe_rad)
+        textures = row_texture(self._gl, table.values), row_texture(self._gl, running)
         per_fold = (_DISC_ROWS - 2) / float(np.log(_MOST_RATIO / first))
-        for program in self._marching:
+        for program in self.marching:
             program.bind("colours", textures[0])
             program.bind("runningColours", textures[1])
             program.set("discRows", (float(np.log(first)), per_fold))
             program.set("chordAxis", (table.first, table.per_chord))
-            if here.drops is not None:
-                program.bind("dropletMoments", here.drops)
-        bind_rain(self._marching, lamp, here)
-        check_loops(here, 2)
+            if self._drops is not None:
+                program.bind("dropletMoments", self._drops)
+        bind_rain(self._gl, self.marching, lamp, self.plan.plan.world)
+        check_loops(self.plan.plan, 2)
 
     def _place(self) -> None:
         """Set all that depends on where camera and lamp are."""
-        here, lamp = self._here, self._lamp
-        steps = here.settings.lamp_scale * lamp_steps(here.rates, here.parts.volume)
-        many = here.scene.render.steps or int(np.ceil(steps))
-        for program in self._marching:
-            set_scene(program, here, self._grey)
-            program.set("lampSphere", (*(lamp.position_m - here.parts.eye_m), lamp.radius_m))
-            program.set("columnReach", self._column.reach)
-            program.set("middleAir", self._column.middle)
-            program.set("fewSteps", _FEW_STEPS if self._block else many)
+        plan, lamp, column = self.plan.plan, self.plan.lamp, self.plan.column
+        world = plan.world
+        steps = plan.settings.lamp_scale * lamp_steps(plan.rates, world.volume)
+        many = world.fineness.steps or int(np.ceil(steps))
+        for program in self.marching:
+            set_scene(program, plan, self._grey)
+            program.set("lampSphere", (*(lamp.position_m - world.view.eye_m), lamp.radius_m))
+            program.set("columnReach", column.reach)
+            program.set("middleAir", column.middle)
+            program.set("fewSteps", _FEW_STEPS if self.plan.block else many)
             program.set("manySteps", many)
 
     def _make_nodes(self) -> None:
-        blocks = blocks_of(self._here.scene.camera.size_px, self._block)
-        ctx = self._here.gl.ctx
-        nodes = ctx.texture((blocks[0] + 3, blocks[1] + 3), 4, dtype="f4")
-        nodes.repeat_x = nodes.repeat_y = False
-        flags = flag_target(self._here.gl, blocks)
-        self._flags.bind("nodes", nodes)
-        self._compose.bind("nodes", nodes)
-        self._compose.bind("flags", flags)
-        self._node_frame = ctx.framebuffer([nodes])
-        self._flag_frame = ctx.framebuffer([flags])
-        bend = self._here.settings.lamp_bend
+        plan = self.plan.plan
+        self._nodes = Nodes(self._gl, plan.world.view.size_px, self.plan.block, channels=4)
+        for program in (self._compose, self._flags):
+            program.bind("nodes", self._nodes.values)
+        self._compose.bind("flags", self._nodes.flags)
+        bend = plan.settings.lamp_bend
         self._flags.set("tolerance", (1e30, bend, bend, bend))
         for program in (self._compose, self._node):
-            program.set("blockSize", float(self._block))
+            program.set("blockSize", float(self._nodes.block))
 
     @property
     def textures(self) -> list[Texture]:
         """All textures that its programs read."""
-        return [one for program in self._marching for one in program.textures.values()]
+        return [texture for program in self.marching for texture in program.textures.values()]
 
     def draw(self, target: FrameTarget, *, add: bool) -> None:
         """Draw its light into a frame, adding to what is there or in its place."""
-        if self._block:
-            for frame, program in ((self._node_frame, self._node), (self._flag_frame, self._flags)):
+        if self._nodes is not None:
+            for frame, program in (
+                (self._nodes.gathered, self._node), (self._nodes.flagged, self._flags),
+            ):  # fmt: skip
                 frame.use()
                 program.use()
                 program.draw()
         target.use()
-        with added_up(self._here.gl, add):
+        with added_up(self._gl, add):
             self._compose.use()
             self._compose.draw()
 

@@ -1,51 +1,94 @@
-"""What a scene's drops make of one of its lights, as method ``fast`` tables it."""
+"""What a world's drops make of one of its lights, as method ``fast`` tables it."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from rtbow.base.arrays import Array, Progress
+from rtbow.gl.context import GlContext
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.light.spectrum import Spectrum
 from rtbow.render.colours.bake import Drops, outcomes
-from rtbow.render.colours.basis import light_basis
+from rtbow.render.colours.basis import LightBasis, column_degree, light_basis
 from rtbow.render.colours.table import BakedLight, hat_fit, unfolded
-from rtbow.render.fast.shared import FastScene, rain_colour
+from rtbow.render.fast.shared import Plan, RadiusRows, rain_colour
 from rtbow.render.fast.tolerance import node_step_nm
 
 MOST_TEXELS = 16_384
 """Texels along a table, at most, also of devices that take more."""
 
 
-def bake_light(
-    here: FastScene, spectrum: Spectrum, column: Column, chord: Array, building: Progress, *,
+@dataclass(frozen=True)
+class LightPlan:
+    """The drops, spectra and angles that a light's colours are tabled for.
+
+    Attributes:
+        drops: whose colours.
+        radii: the rows that they are fitted to.
+        basis: the light's spectrum behind any column of air in its range.
+        chord: folded chords of the scattering angles (N,), even.
+        disc_rad: angular radius of the light's disc.
+        components: whether both components are kept apart.
+        tolerance: relative error left to the fit of the air's colours.
+    """
+
+    drops: Drops
+    radii: RadiusRows
+    basis: LightBasis
+    chord: Array
+    disc_rad: float
+    components: bool
+    tolerance: float
+    _degrees: dict[Column, int] = field(default_factory=dict, repr=False)
+
+    def degree(self, column: Column) -> int:
+        """Give the degree of the polynomial that follows the light's colours over a range."""
+        if column not in self._degrees:
+            self._degrees[column] = column_degree(self.basis, column, self.tolerance)
+        return self._degrees[column]
+
+    def bake(self, gl: GlContext, building: Progress) -> BakedLight:
+        """Sum what the drops send back over the wavelengths of the light.
+
+        Args:
+            gl: the context; it must be current.
+            building: wraps the loop over parts of an exact table that has to be built first.
+        """
+        colours = outcomes(
+            gl, self.drops, self.basis, unfolded(self.chord), self.disc_rad,
+            components=self.components, progress=building,
+        )  # fmt: skip
+        fit = hat_fit(self.radii.fine, self.radii.rows)
+        fitted = np.einsum("rf,bcfnx->bcrnx", fit, colours, optimize=True)
+        return BakedLight.of(self.basis, self.chord, fitted, self.radii.shares)
+
+
+def plan_light(
+    plan: Plan, spectrum: Spectrum, column: Column, chord: Array, *,
     disc_rad: float = 0.0, step_nm: float | None = None,
-) -> BakedLight:  # fmt: skip
-    """Sum what a scene's drops send back over the wavelengths of a light.
+) -> LightPlan:  # fmt: skip
+    """Decide what a light's colours are tabled for.
 
     Args:
-        here: the scene.
+        plan: the world's.
         spectrum: of the light.
         column: of air that tables will be asked for.
         chord: folded chords of their angles (N,), even.
-        building: wraps the loop over parts of an exact table that has to be built first.
         disc_rad: angular radius of the light's disc.
         step_nm: between wavelengths of cross-sections; the settings' own if left out.
     """
-    scene, radii = here.scene, here.radii
-    drops = Drops(scene.scattering, np.exp(radii.fine), here.parts.volume.sizes)
+    world = plan.world
+    drops = Drops(world.scatterer, np.exp(plan.radii.fine), world.volume.sizes)
     if step_nm is None:
-        step_nm = node_step_nm(here.settings, blurred=not drops.on_device)
-    basis = light_basis(spectrum, step_nm, column, rain_colour(here))
-    found = outcomes(
-        here.gl, drops, basis, unfolded(chord), disc_rad,
-        components=scene.camera.polarizer_deg is not None, progress=building,
-    )  # fmt: skip
-    fit = hat_fit(radii.fine, radii.rows)
-    fitted = np.einsum("rf,bcfnx->bcrnx", fit, found, optimize=True)
-    return BakedLight.of(basis, chord, fitted, radii.shares)
+        step_nm = node_step_nm(plan.settings, blurred=not drops.on_device)
+    basis = light_basis(spectrum, step_nm, column, rain_colour(plan))
+    return LightPlan(
+        drops, plan.radii, basis, chord, disc_rad, plan.components == 2, plan.settings.colour
+    )
 
 
-def most_texels(here: FastScene) -> int:
-    """Give the texels that a table of a scene may have along its angles."""
-    return min(here.gl.limits.texture_2d, MOST_TEXELS)
+def most_texels(gl: GlContext) -> int:
+    """Give the texels that a table may have along its angles."""
+    return min(gl.limits.texture_2d, MOST_TEXELS)

@@ -2,50 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.gl.context import GlContext
-from rtbow.gl.program import FrameTarget, check_sizes, texture_bytes
-from rtbow.render.fast.columns import kind_of
+from rtbow.gl.program import FrameTarget, check_sizes, texture_bytes, volume_texture
 from rtbow.render.fast.lamp import FastLamp
-from rtbow.render.fast.shared import FastScene, fast_scene
+from rtbow.render.fast.shared import Plan, plan_world
 from rtbow.render.fast.sun import FastSun
-from rtbow.render.fast.tolerance import settings_for
-from rtbow.scene.model import Scene
-from rtbow.world.camera import picture_cone
-from rtbow.world.world import CONE_MARGIN, scene_parts
+from rtbow.world.world import World
 
 
-class FastPass:
-    """A scene's textures and programs on one GL context.
+class FastMethod:
+    """The textures and programs of a world on one GL context (:class:`rtbow.render.method.Method`).
 
     Args:
         gl: the context; it must be current here and in every method.
-        scene: the scene; its ``render.max_delta_e`` sets how coarse the method may be.
-        progress: wraps the loop over parts of an exact table that has to be built first.
+        world: what to draw; the error that it allows sets how coarse the method may be.
+        building: wraps the loop over parts of an exact table that has to be built first.
 
     Raises:
-        InputError: a spectrum or volume is not usable.
         UnavailableError: the picture or volume is beyond what this GL device takes.
-        UnsuitedError: the method cannot draw this scene within that error.
+        UnsuitedError: the method cannot draw this world within that error.
     """
 
-    method: Literal["fast"] = "fast"
+    name: Literal["fast"] = "fast"
 
-    def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
-        gl.ctx.gc()  # what is left of a pass before
-        parts = scene_parts(scene, tables=False)
-        check_sizes(gl, scene.camera.size_px, parts.volume.shape)
-        settings = settings_for(scene.render.max_delta_e, kind_of(parts.volume))
-        self._here = fast_scene(gl, scene, parts, settings)
-        self._still, self._seen = _without_places(scene), scene
+    def __init__(self, gl: GlContext, world: World, building: Progress = no_progress) -> None:
+        check_sizes(gl, world.view.size_px, world.volume.shape)
+        self._gl, self._seen = gl, world
+        self.plan = plan_world(world)
+        self._drops = None if world.volume.uniform else volume_texture(gl, world.moments())
         self._target: FrameTarget | None = None
         self._roaming = False
-        self._lights = _make_lights(self._here, progress, roaming=False)
+        self.lights = self._make_lights(self.plan, building, roaming=False)
 
-    def move(self, scene: Scene) -> bool:
-        """Take over another scene, if it differs only in where camera and lights are, and in size.
+    def move(self, world: World) -> bool:
+        """Take over a world that differs only in where camera and lights are, and in size.
 
         The first move to another place makes tables that serve all places; from then on moves are
         quick. Another size alone never needs them.
@@ -57,61 +50,73 @@ class FastPass:
             UnavailableError: the picture is beyond what this GL device takes; nothing has changed.
             UnsuitedError: the method cannot draw it there; nothing has changed.
         """
-        if _without_places(scene) != self._still:
+        if not world.differs_in_places_alone(self.plan.world):
             return False
-        check_sizes(self._here.gl, scene.camera.size_px, self._here.parts.volume.shape)
-        here = self._here.moved(scene)
-        roaming = self._roaming or not _same_view(self._seen, scene)
+        check_sizes(self._gl, world.view.size_px, world.volume.shape)
+        plan = self.plan.moved(world)
+        same = world.optics is self._seen.optics and world.view.shows_no_more_than(self._seen.view)
+        roaming = self._roaming or not same
         try:
-            lights = self._moved_lights(here, roaming)
+            lights = self._moved_lights(plan, roaming)
         except Exception:
-            for one in self._lights:
-                one.move(self._here)  # those before the one that could not be drawn there
+            for light in self.lights:
+                light.move(self.plan)  # those before the one that could not be drawn there
             raise
-        self._here, self._lights, self._roaming = here, lights, roaming
-        here.gl.ctx.gc()  # programs and textures that have been replaced
+        self.plan, self.lights, self._roaming = plan, lights, roaming
         return True
 
     def prepare_moves(self) -> None:
         """Make the tables that moves to other places take, if there are none yet.
 
         Raises:
-            UnsuitedError: the method cannot draw the scene from everywhere.
+            UnsuitedError: the method cannot draw the world from everywhere.
         """
         if not self._roaming:
-            self._lights = _make_lights(self._here, no_progress, roaming=True)
+            self.lights = self._make_lights(self.plan, no_progress, roaming=True)
             self._roaming = True
-            self._here.gl.ctx.gc()
 
-    def _moved_lights(self, here: FastScene, roaming: bool) -> list[FastSun | FastLamp]:
+    def _moved_lights(self, plan: Plan, roaming: bool) -> list[FastSun | FastLamp]:
         if roaming and self._roaming:
-            return [one if one.move(here) else one.anew(here) for one in self._lights]
-        if not roaming and all(one.move(here) for one in self._lights):
-            return self._lights
-        return _make_lights(here, no_progress, roaming=roaming)
+            return [light if light.move(plan) else light.anew(plan) for light in self.lights]
+        if not roaming and all(light.move(plan) for light in self.lights):
+            return self.lights
+        return self._make_lights(plan, no_progress, roaming=roaming)
+
+    def _make_lights(
+        self, plan: Plan, building: Progress, *, roaming: bool
+    ) -> list[FastSun | FastLamp]:
+        optics, gl, drops = plan.world.optics, self._gl, self._drops
+        suns = [
+            FastSun(gl, plan, k, drops, building, roaming=roaming) for k in range(len(optics.suns))
+        ]
+        lamps = [
+            FastLamp(gl, plan, k, drops, building, roaming=roaming)
+            for k in range(len(optics.lamps))
+        ]
+        return [*suns, *lamps]
 
     @property
     def texture_bytes(self) -> int:
         """Memory of the textures."""
-        return texture_bytes(texture for light in self._lights for texture in light.textures)
+        return texture_bytes(texture for light in self.lights for texture in light.textures)
 
     def draw(self, progress: Progress = no_progress, columns: slice = slice(None)) -> FrameTarget:
         """Draw the frame and wait until it is done.
 
         Args:
-            progress: is told that all rows are done.
+            progress: sees all rows when they are done, at once.
             columns: which columns of the picture, a slice of step 1; all by default.
         """
-        width, height = self._here.scene.camera.size_px
+        width, height = self.plan.world.view.size_px
         if self._target is None or self._target.size_px != (width, height):
-            self._target = FrameTarget(self._here.gl, (width, height))
+            self._target = FrameTarget(self._gl, (width, height))
         left, right, _ = columns.indices(width)
-        frame = self._target.begin(clear=not self._lights)
+        frame = self._target.begin(clear=not self.lights)
         frame.scissor = (left, 0, right - left, height)
-        for number, light in enumerate(self._lights):
+        for number, light in enumerate(self.lights):
             # The first writes every pixel: neither reading nor clearing what is there costs little.
             light.draw(self._target, add=number > 0)
-        self._here.gl.ctx.finish()
+        self._gl.ctx.finish()
         frame.scissor = (0, 0, width, height)
         for _ in progress(range(height)):
             pass
@@ -124,31 +129,3 @@ class FastPass:
             Linear Rec. 709 in cd/m², float32 (h, columns, 3), first row on top.
         """
         return self.draw(progress, columns).read(columns)
-
-
-def _make_lights(here: FastScene, progress: Progress, *, roaming: bool) -> list[FastSun | FastLamp]:
-    optics = here.parts.optics
-    suns = [FastSun(here, k, progress, roaming=roaming) for k in range(len(optics.suns))]
-    lamps = [FastLamp(here, k, progress, roaming=roaming) for k in range(len(optics.lamps))]
-    return [*suns, *lamps]
-
-
-def _same_view(baked: Scene, scene: Scene) -> bool:
-    """Whether a scene's picture has no angle that the tables baked for another lack."""
-    camera = scene.camera.model_copy(update={"size_px": baked.camera.size_px})
-    if camera != baked.camera or scene.light != baked.light:
-        return False
-    # Half of the margin is left to float32.
-    wider = picture_cone(scene.camera)[1] - picture_cone(baked.camera)[1]
-    return wider <= 0.5 * CONE_MARGIN
-
-
-def _without_places(scene: Scene) -> dict[str, Any]:
-    """Give all of a scene but where its camera and lights are, and what of the picture it fills."""
-    values = scene.model_dump(exclude={"compare"})
-    for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg", "size_px"):
-        values["camera"].pop(name)
-    for light in values["light"]:
-        for name in ("position_m", "azimuth_deg", "altitude_deg"):
-            light.pop(name, None)
-    return values

@@ -1,4 +1,4 @@
-"""Method ``fast``: what its programs for suns and lamps share about a scene."""
+"""Method ``fast``: what its programs for suns and lamps share about a world."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import moderngl
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
@@ -18,7 +17,7 @@ from rtbow.gl.program import GlProgram, volume_texture
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.render.colours.bake import middle_radius
-from rtbow.render.colours.table import RIGHT_ANGLE_CHORD, ColourTable
+from rtbow.render.colours.table import RIGHT_ANGLE_CHORD
 from rtbow.render.fast.columns import (
     filled_box,
     greatest_depth,
@@ -27,14 +26,8 @@ from rtbow.render.fast.columns import (
     light_shares,
     radius_spread,
 )
-from rtbow.render.fast.tolerance import FastSettings, hat_rows
-from rtbow.render.uniforms import (
-    MOST_LOOPS,
-    common_defines,
-    common_uniforms,
-    set_uniforms,
-)
-from rtbow.scene.model import Camera, Scene
+from rtbow.render.fast.tolerance import FastSettings, hat_rows, settings_for
+from rtbow.render.uniforms import MOST_LOOPS, common_defines, common_uniforms, set_uniforms
 from rtbow.tables.layout import radius_axis
 from rtbow.world.lights import Lamp, Sun
 from rtbow.world.rain.volume import DropletVolume
@@ -46,10 +39,8 @@ from rtbow.world.steps import (
     most_steps,
     rates_on_grid,
 )
-from rtbow.world.world import Parts, moved_parts
+from rtbow.world.world import World
 
-_WIDEST_BLOCK_DEG = 1.1
-"""Angle between nodes, at most: what they gather bends over several degrees."""
 _LEFT_OUT = 2e-5
 """Share of the light at each end of the radii whose drops count at the last row's radius."""
 DARK = 1e4
@@ -92,161 +83,146 @@ def radius_rows(volume: DropletVolume, settings: FastSettings) -> RadiusRows:
 
 
 @dataclass(frozen=True)
-class FastScene:
-    """A scene on a GL context, as the programs of all its lights see it.
+class Plan:
+    """What is decided about a world before the device is touched, for the programs of all lights.
 
     Attributes:
-        gl: the context.
-        scene: the scene.
-        parts: what it is made of.
+        world: the world.
         settings: how coarse.
         box_m: the part of the volume that has drops (2, 3).
         radii: of the tables.
         grid_cells: samples per metre along each axis that the grid alone asks for (3,).
         rates: samples per metre of ray.
-        drops: the volume's moments; None for an even one.
     """
 
-    gl: GlContext
-    scene: Scene
-    parts: Parts
+    world: World
     settings: FastSettings
     box_m: Array
     radii: RadiusRows
     grid_cells: Array
     rates: StepRates
-    drops: moderngl.Texture3D | None
 
-    def moved(self, scene: Scene) -> FastScene:
-        """Give a scene that differs in where camera and lights are; the volume's part is shared."""
-        parts = moved_parts(self.parts, self.scene, scene)
+    def moved(self, world: World) -> Plan:
+        """Give the plan of a world that differs in where camera and lights are."""
         rates = self.rates
-        if parts.optics is not self.parts.optics:
-            rates = _rates(parts, self.grid_cells)
-        return replace(self, scene=scene, parts=parts, rates=rates)
+        if world.optics is not self.world.optics:
+            rates = _rates(world, self.grid_cells)
+        return replace(self, world=world, rates=rates)
+
+    @property
+    def components(self) -> int:
+        """Components of the light that tables keep apart: 2 for a polariser."""
+        return 1 if self.world.view.polarizer is None else 2
 
     @cached_property
-    def view(self) -> Mapping[str, Any]:
+    def uniforms(self) -> Mapping[str, Any]:
         """Uniforms that the programs of all lights share."""
-        return _view(self)
+        world, rows = self.world, self.radii.rows
+        volume, eye = world.volume, world.view.eye_m
+        height = float(eye[2])
+        uniforms = {
+            **common_uniforms(world, self.box_m, self.rates),
+            "eyeAir": float(np.exp(-max(height, -1e5) / SCALE_HEIGHT_M) / SCALE_HEIGHT_M),
+            "middleRadius": self.radii.middle,
+        }
+        if not volume.uniform:
+            uniforms["gridLow"] = tuple(volume.box_m[0] - eye)
+            uniforms["gridPerMetre"] = tuple(1.0 / (volume.box_m[1] - volume.box_m[0]))
+        if len(rows) > 1:
+            per_fold = (len(rows) - 1) / float(rows[-1] - rows[0])
+            uniforms["radiusRows"] = (float(rows[0]) - self.radii.middle, per_fold)
+        return uniforms
 
 
-def fast_scene(gl: GlContext, scene: Scene, parts: Parts, settings: FastSettings) -> FastScene:
-    """Work out what follows from a scene's volume, and upload it."""
-    volume = parts.volume
+def plan_world(world: World) -> Plan:
+    """Decide what follows from a world's volume and the error that it allows."""
+    volume = world.volume
+    settings = settings_for(world.fineness.max_delta_e, kind_of(volume))
     cells = grid_cells(volume, settings.samples_per_cell, settings.samples_per_log_radius)
-    return FastScene(
-        gl, scene, parts, settings, filled_box(volume), radius_rows(volume, settings),
-        cells, _rates(parts, cells),
-        None if volume.uniform else volume_texture(gl, parts.moments()),
+    return Plan(
+        world, settings, filled_box(volume), radius_rows(volume, settings), cells,
+        _rates(world, cells),
     )  # fmt: skip
 
 
-def _rates(parts: Parts, cells: Array) -> StepRates:
-    return rates_on_grid(cells, parts.volume, parts.optics, parts.rain_per_m)
+def _rates(world: World, cells: Array) -> StepRates:
+    return rates_on_grid(cells, world.volume, world.optics, world.rain_per_m)
 
 
-def rain_colour(here: FastScene) -> Callable[[Array], Array] | None:
+def rain_colour(plan: Plan) -> Callable[[Array], Array] | None:
     """Give the rain's extinction at wavelengths (nm) over that at its own one, where it shows."""
-    rain, nm = here.parts.rain, here.parts.optics.wavelength_nm
-    if rain is None:
+    world = plan.world
+    if world.rain is None:
         return None
-    ratio = rain.ratio
-    depth = min(greatest_depth(here.parts.volume, rain.greatest), 3.0)
-    if np.abs(ratio - 1.0).max() * depth < here.settings.colour:
+    ratio, nm = world.rain.ratio, world.optics.wavelength_nm
+    depth = min(greatest_depth(world.volume, world.rain.greatest), 3.0)
+    if np.abs(ratio - 1.0).max() * depth < plan.settings.colour:
         return None
     return lambda at: floats(np.interp(at, nm, ratio))
 
 
-def scene_defines(here: FastScene, table: ColourTable) -> dict[str, Define]:
-    """Give the switches and constants that all programs of one light share."""
-    rain, even = here.parts.rain is not None, here.parts.volume.uniform
+def light_defines(plan: Plan, *, degree: int, rain: bool) -> dict[str, Define]:
+    """Give the switches and constants that all programs of one light share.
+
+    Args:
+        plan: the world's.
+        degree: of the polynomial in the air column that the light's colours follow.
+        rain: whether its table has a row for the rain's colour.
+    """
+    world, rows = plan.world, len(plan.radii.rows)
+    least = 1 if world.volume.uniform else _LEAST_STEPS
     return {
-        **common_defines(here.scene, here.parts),
+        **common_defines(world),
         "RADIUS_POWER": RADIUS_POWER,
         "RIGHT_ANGLE_CHORD": RIGHT_ANGLE_CHORD,
         "DARK": DARK,
-        "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else (1 if even else _LEAST_STEPS),
-        "SEVERAL_RADII": table.rows > 1,
+        "LEAST_STEPS": least if world.rain is None else LEAST_RAIN_SAMPLES,
+        "SEVERAL_RADII": rows > 1,
         "ATTENUATION": False,
-        "RAIN_COLOUR": table.rain,
-        "COMPONENTS": table.components,
-        "COLUMN_DEGREE": table.degree,
-        "RADIUS_ROWS": table.rows,
+        "RAIN_COLOUR": rain,
+        "COMPONENTS": plan.components,
+        "COLUMN_DEGREE": degree,
+        "RADIUS_ROWS": rows,
     }
 
 
-def set_scene(program: GlProgram, here: FastScene, grey: float) -> None:
+def set_scene(program: GlProgram, plan: Plan, grey: float) -> None:
     """Set the uniforms that all programs share, and the depth per column that weights carry."""
-    set_uniforms(program, here.view)
+    set_uniforms(program, plan.uniforms)
     program.set("greyAir", grey)
 
 
-def _view(here: FastScene) -> dict[str, Any]:
-    volume, eye, rows = here.parts.volume, here.parts.eye_m, here.radii.rows
-    height = float(eye[2])
-    view = {
-        **common_uniforms(here.scene, here.parts, here.box_m, here.rates),
-        "eyeAir": float(np.exp(-max(height, -1e5) / SCALE_HEIGHT_M) / SCALE_HEIGHT_M),
-        "middleRadius": here.radii.middle,
-    }
-    if not volume.uniform:
-        view["gridLow"] = tuple(volume.box_m[0] - eye)
-        view["gridPerMetre"] = tuple(1.0 / (volume.box_m[1] - volume.box_m[0]))
-    if len(rows) > 1:
-        per_fold = (len(rows) - 1) / float(rows[-1] - rows[0])
-        view["radiusRows"] = (float(rows[0]) - here.radii.middle, per_fold)
-    return view
-
-
-def bind_rain(programs: Sequence[GlProgram], light: Sun | Lamp, here: FastScene) -> None:
+def bind_rain(
+    gl: GlContext, programs: Sequence[GlProgram], light: Sun | Lamp, world: World
+) -> None:
     """Upload the rain's depths towards a light, where the rain attenuates."""
-    rain, volume = here.parts.rain, here.parts.volume
+    rain, volume = world.rain, world.volume
     if rain is not None and not volume.uniform:
         from rtbow.world.rain.extinction import mean_extinction_towards
 
         towards = mean_extinction_towards(light, volume, rain.field)
-        depths = volume_texture(here.gl, towards[..., None])
+        depths = volume_texture(gl, towards[..., None])
         for program in programs:
             program.bind("rainToLight", depths)
 
 
-def block_for(camera: Camera, most: int) -> int:
-    """Give the pixels between nodes, fewer than ``most`` where they are wide; 0 for no nodes."""
-    pixel_deg = camera.fov_deg / camera.size_px[0]
-    block = min(most, int(_WIDEST_BLOCK_DEG / pixel_deg))
-    return block if block > 1 else 0
-
-
-def check_loops(here: FastScene, per_step: int) -> None:
+def check_loops(plan: Plan, per_step: int) -> None:
     """Check that a ray's march fits in one pass of a driver that counts loops.
 
     Args:
-        here: the scene.
+        plan: the world's.
         per_step: iterations of loops within a step, itself included.
 
     Raises:
         UnsuitedError: it does not.
     """
-    fixed, volume = here.scene.render.steps, here.parts.volume
-    steps = fixed or most_steps(here.rates, volume)
-    if here.parts.optics.lamps and fixed is None:
-        steps = max(steps, 2 * lamp_steps(here.rates, volume))
+    world = plan.world
+    fixed, volume = world.fineness.steps, world.volume
+    steps = fixed or most_steps(plan.rates, volume)
+    if world.optics.lamps and fixed is None:
+        steps = max(steps, 2 * lamp_steps(plan.rates, volume))
     if steps * per_step > MOST_LOOPS:
         raise UnsuitedError(
             f"{steps} steps along a ray are more than a shader's loops hold in one pass; use a"
             " smaller render.steps, a coarser volume, or --method spectral, which takes several"
         )
-
-
-def blocks_of(size_px: tuple[int, int], block: int) -> tuple[int, int]:
-    """Give the blocks of pixels that cover a picture, along both sides."""
-    return -(-size_px[0] // block), -(-size_px[1] // block)
-
-
-def flag_target(gl: GlContext, blocks: tuple[int, int]) -> moderngl.Texture:
-    """Make the texture that says how each block is drawn."""
-    flags = gl.ctx.texture(blocks, 4, dtype="f1")
-    flags.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    flags.repeat_x = flags.repeat_y = False
-    return flags

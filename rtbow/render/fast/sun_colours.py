@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import moderngl
 import numpy as np
 
 from rtbow.base.arrays import Array, Progress
 from rtbow.base.errors import UnsuitedError
+from rtbow.gl.context import GlContext
 from rtbow.gl.program import row_texture
 from rtbow.physics.air.rayleigh import Column
-from rtbow.render.colours.basis import column_degree, mean_column_error
-from rtbow.render.colours.table import (
-    ColourTable,
-    bow_width,
-    chords,
-    colour_table,
-    fringe_step,
-)
+from rtbow.render.colours.basis import mean_column_error
+from rtbow.render.colours.table import ColourTable, bow_width, chords, colour_table, fringe_step
 from rtbow.render.fast.columns import DARK_COLUMN
-from rtbow.render.fast.light import bake_light, most_texels
-from rtbow.render.fast.shared import FastScene
+from rtbow.render.fast.light import LightPlan, plan_light
+from rtbow.render.fast.shared import Plan
 from rtbow.world.lights import Sun
-from rtbow.world.world import cone_range
 
 _ROAMING_DEGREE = 2
 """Of the polynomial in the column, at least, for suns that move: so that none is of another."""
@@ -39,67 +31,72 @@ _TOO_FINE = (
 )
 
 
-@dataclass(frozen=True)
-class SunTable:
-    """A table for some range of columns, on the device.
+def plan_sunlight(
+    plan: Plan, sun: Sun, column: Column, most_texels: int, *, roaming: bool
+) -> LightPlan:
+    """Decide what a sun's colours are tabled for.
 
-    Attributes:
-        table: itself.
-        texture: its values.
-        grey: depth per column that weights carry, which the table leaves out.
+    Args:
+        plan: the world's.
+        sun: the sun.
+        column: range of air columns; tables of a roaming sun serve every range.
+        most_texels: along a table.
+        roaming: for all columns and all angles.
+
+    Raises:
+        UnsuitedError: nothing blurs fringes that are too fine for the tables.
     """
+    sharp = sun.disc_rad == 0.0 and plan.world.bows_in_place
+    if sharp and len(plan.radii.rows) > 1:
+        raise UnsuitedError(_TOO_FINE)
+    whole = Column(0.0, DARK_COLUMN) if roaming and plan.world.optics.has_air else column
+    chord = _chords(plan, sun, most_texels, everywhere=roaming)
+    step_nm = _SHARP_STEP_NM if sharp else None
+    return plan_light(plan, sun.spectrum, whole, chord, disc_rad=sun.disc_rad, step_nm=step_nm)
 
-    table: ColourTable
-    texture: moderngl.Texture
-    grey: float
+
+def sunlight_degree(light: LightPlan, column: Column, *, roaming: bool) -> int:
+    """Give the degree of the polynomial in the column of a table for a range of columns."""
+    degree = light.degree(column)
+    return max(degree, _ROAMING_DEGREE) if roaming and degree else degree
 
 
 class SunColours:
     """What drops make of one sun's light, baked once, and the tables for ranges of air columns.
 
     Args:
-        here: the scene, whose GL context must be current here and in every method.
-        number: which of its suns.
-        column: range of columns, of which a roaming one takes no notice.
+        gl: the context; it must be current here and in every method.
+        light: what the colours are tabled for.
         building: wraps the loop over parts of an exact table that has to be built first.
-        roaming: bake for all columns and all angles.
     """
 
-    def __init__(
-        self, here: FastScene, number: int, column: Column, building: Progress, *, roaming: bool
-    ) -> None:
-        self._gl, self._tolerance, self._roaming = here.gl, here.settings.colour, roaming
-        self._tables: dict[Column, SunTable] = {}
-        sun = here.parts.optics.suns[number]
-        sharp = sun.disc_rad == 0.0 and _one_size_each(here)
-        if sharp and len(here.radii.rows) > 1:
-            raise UnsuitedError(_TOO_FINE)
-        whole = Column(0.0, DARK_COLUMN) if roaming and here.parts.optics.has_air else column
-        self._baked = bake_light(
-            here, sun.spectrum, whole, _chords(here, sun, everywhere=roaming), building,
-            disc_rad=sun.disc_rad, step_nm=_SHARP_STEP_NM if sharp else None,
-        )  # fmt: skip
+    def __init__(self, gl: GlContext, light: LightPlan, building: Progress) -> None:
+        self._gl, self.light = gl, light
+        self._tables: dict[Column, tuple[ColourTable, moderngl.Texture]] = {}
+        self._baked = light.bake(gl, building)
 
-    def behind(self, column: Column) -> SunTable:
+    def behind(self, column: Column, degree: int) -> tuple[ColourTable, moderngl.Texture]:
         """Give the table for a range of columns, made if it is none of the last few.
+
+        Args:
+            column: the range.
+            degree: of its polynomial in the column.
+
+        Returns:
+            The table, and its values on the device.
 
         Raises:
             UnsuitedError: the range is so wide that no polynomial follows its colours.
         """
         if column not in self._tables:
-            basis = self._baked.basis
-            degree = column_degree(basis, column, self._tolerance)
-            if self._roaming and degree:
-                degree = max(degree, _ROAMING_DEGREE)
             table = colour_table(self._baked, column, degree)
-            error = max(table.fit_error, mean_column_error(basis, column))
-            if error > _WORST_FIT * self._tolerance:
+            error = max(table.fit_error, mean_column_error(self.light.basis, column))
+            if error > _WORST_FIT * self.light.tolerance:
                 raise UnsuitedError(
                     "atmosphere: the air between light, drops and eye differs so much that method"
                     " fast does not follow its colours; use --method spectral"
                 )
-            texture = row_texture(self._gl, table.values)
-            self._tables[column] = SunTable(table, texture, basis.grey(column.middle))
+            self._tables[column] = table, row_texture(self._gl, table.values)
             if len(self._tables) > _TABLES:
                 self._tables.pop(next(iter(self._tables)))
         return self._tables[column]
@@ -107,25 +104,20 @@ class SunColours:
     @property
     def textures(self) -> list[moderngl.Texture]:
         """Those of the tables that are kept."""
-        return [one.texture for one in self._tables.values()]
+        return [texture for _, texture in self._tables.values()]
 
 
-def _chords(here: FastScene, sun: Sun, *, everywhere: bool) -> Array:
+def _chords(plan: Plan, sun: Sun, most: int, *, everywhere: bool) -> Array:
     """Choose the table's angles: those in the picture, finely enough for its drops and disc."""
-    low, high = (0.0, np.pi) if everywhere else cone_range(here.scene.camera, sun)
-    largest = here.parts.volume.size_range_um[1] * 1e-6
-    most = most_texels(here)
-    if sun.disc_rad > 0.0 or not _one_size_each(here):
-        per_disc = here.settings.texels_per_disc
+    world = plan.world
+    low, high = (0.0, np.pi) if everywhere else world.view.angles_from(sun.direction)
+    largest = world.volume.size_range_um[1] * 1e-6
+    if sun.disc_rad > 0.0 or not world.bows_in_place:
+        per_disc = plan.settings.texels_per_disc
         step = np.hypot(sun.disc_rad / per_disc, 0.6 / per_disc * bow_width(largest))
         return chords(low, high, float(step), most)
-    step = fringe_step(here.scene.scattering.orders, largest, low, high)
-    found = chords(low, high, step, most + 1)
-    if len(found) > most:
+    step = fringe_step(world.scatterer.orders, largest, low, high)
+    chord = chords(low, high, step, most + 1)
+    if len(chord) > most:
         raise UnsuitedError(_TOO_FINE)
-    return found
-
-
-def _one_size_each(here: FastScene) -> bool:
-    """Whether nothing but a light's disc blurs fringes: Airy's theory, one size at each point."""
-    return here.scene.scattering.theory == "airy" and here.parts.volume.sizes is None
+    return chord

@@ -9,14 +9,13 @@ from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.gl.glsl import Define, glsl_literal
 from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.render.uniforms import bow_rows, common_defines, dark_edges
-from rtbow.scene.model import Camera, Scene
 from rtbow.tables.airy import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
-from rtbow.world.camera import picture_cone
+from rtbow.world.camera import View
 from rtbow.world.lights import NEAREST_M
 from rtbow.world.optics import Optics
 from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.steps import LEAST_RAIN_SAMPLES
-from rtbow.world.world import Parts
+from rtbow.world.world import World
 
 LAMP_DEPTH_SAMPLES = 4
 """Samples of the rain's extinction within a step at a lamp, which may be long in distance."""
@@ -25,13 +24,13 @@ _MAX_SECTIONS = 128
 takes 0.4 s to compile an array of 81 and minutes for one of 401."""
 
 
-def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
-    """Give the shader's constants, and the switches that change its shape for a scene.
+def shader_defines(world: World) -> dict[str, Define]:
+    """Give the shader's constants, and the switches that change its shape for a world.
 
     ``shaders/README.md`` lists the switches.
     """
-    optics, volume = parts.optics, parts.volume
-    table, rain = parts.sections is not None, parts.rain is not None
+    optics, volume = world.optics, world.volume
+    table, rain = not world.bows_in_place, world.rain is not None
     sides = ", ".join(glsl_literal(b.side) for b in optics.bows)
     bow_rows = 0 if table else len(optics.bows)
     lights = len(optics.suns) + len(optics.lamps)
@@ -40,7 +39,7 @@ def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
     )
     return {
         **shader_constants(),
-        **common_defines(scene, parts),
+        **common_defines(world),
         "NEAREST_M": NEAREST_M,
         "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
         "LAMP_DEPTH_SAMPLES": LAMP_DEPTH_SAMPLES,
@@ -58,8 +57,8 @@ def shader_defines(scene: Scene, parts: Parts) -> dict[str, Define]:
             or any(lamp.radius_m > 0.0 for lamp in optics.lamps)
         ),
         "WIDE": not table and _widest_disc(optics, volume) > NEAR_S_FIXED,
-        "ONE_RADIUS": _one_radius(parts),
-        "POLE": not table and _pole_in_view(scene.camera, optics),
+        "ONE_RADIUS": _one_radius(world),
+        "POLE": not table and _pole_in_view(world.view, optics),
     }
 
 
@@ -72,23 +71,23 @@ def _widest_disc(optics: Optics, volume: DropletVolume) -> float:
     return float(scale * (volume.radius_range_um[1] * 1e-6) ** SCALE_POWER * disc)
 
 
-def _one_radius(parts: Parts) -> bool:
+def _one_radius(world: World) -> bool:
     """Whether all drops are alike, so that cross-sections need computing once per pixel."""
-    optics = parts.optics
-    smallest, largest = parts.volume.radius_range_um
+    optics = world.optics
+    smallest, largest = world.volume.radius_range_um
     # With attenuation the shader keeps an array of them; very fine wavelength steps would
     # outgrow it.
-    dims = optics.has_air or parts.rain is not None
+    dims = optics.has_air or world.rain is not None
     held = len(optics.wavelength_nm) * len(optics.suns) if dims else 0
     return smallest == largest and held <= _MAX_SECTIONS
 
 
-def _pole_in_view(camera: Camera, optics: Optics) -> bool:
+def _pole_in_view(view: View, optics: Optics) -> bool:
     """Whether any pixel lies where a disc covers rings about a bow's pole.
 
     That is about the antisolar point for the primary, about the sun for the secondary.
     """
-    axis, cone = picture_cone(camera)
+    axis, cone = view.cone
     for sun in optics.suns:
         reach = cone + POLE_DISTANCE * sun.disc_rad
         for bow in optics.bows:
@@ -106,11 +105,11 @@ def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
     return dark_edges(optics.bows, smallest, disc)
 
 
-def spectral_rows(parts: Parts, *, components: bool) -> Float32:
+def spectral_rows(world: World, *, components: bool) -> Float32:
     """Lay out the per-wavelength numbers as the shader reads them.
 
     Args:
-        parts: the scene's.
+        world: the world.
         components: the bows' strength of both components, for a polariser.
 
     Returns:
@@ -118,13 +117,13 @@ def spectral_rows(parts: Parts, *, components: bool) -> Float32:
         perpendicular and parallel strength); per light the weights to X, Y, Z and the air depth;
         for rain the extinction relative to the middle of the visible.
     """
-    optics = parts.optics
+    optics = world.optics
     zeros = np.zeros(len(optics.wavelength_nm))
     rows: list[Array | Float32] = []
-    if parts.sections is None:
+    if world.bows_in_place:
         rows.extend(bow_rows(optics.bows, components=components))
     for weights in (*optics.sun_weights, *optics.lamp_weights):
         rows.append(np.column_stack([weights, optics.air_depth]))
-    if parts.rain is not None:
-        rows.append(np.stack([parts.rain.ratio, zeros, zeros, zeros], axis=1))
+    if world.rain is not None:
+        rows.append(np.stack([world.rain.ratio, zeros, zeros, zeros], axis=1))
     return np.stack(rows).astype(np.float32)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -25,26 +26,22 @@ from rtbow.render.spectral.layout import (
     shader_defines,
     spectral_rows,
 )
-from rtbow.render.spectral.strips import strips
 from rtbow.render.uniforms import (
     MAX_STEPS,
     MOST_LOOPS,
     common_uniforms,
     set_uniforms,
 )
-from rtbow.scene.model import Camera, Scene
 from rtbow.tables.airy import airy_table
 from rtbow.tables.layout import SectionTable, angle_axis, section_table
-from rtbow.world.lights import Lamp, Sun
 from rtbow.world.optics import Optics
-from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.steps import (
     LEAST_RAIN_SAMPLES,
     lamp_steps,
     most_steps,
     step_rates,
 )
-from rtbow.world.world import Parts, scattering_range, scene_parts
+from rtbow.world.world import World
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Sections
@@ -54,54 +51,57 @@ _LOOP_BUDGET = 45_000
 """Loop iterations of one pixel in one pass; longer marches are drawn in several that add up. The
 rest is left to the sums of the rain's depth, which each pass begins anew."""
 
+_TILE_SECONDS = 0.15
+"""Time that a strip is to take."""
+_TILE_ROWS = 4
+"""Mesa's CPU driver shades blocks of 4 x 4 pixels: a strip that cuts them pays for their whole."""
 
-class SpectralPass:
-    """A scene's textures and program on one GL context.
+
+class SpectralMethod:
+    """The textures and the program of a world on one GL context.
 
     Args:
         gl: the context; it must be current here and in :meth:`render`.
-        scene: the scene.
+        world: what to draw.
+        building: wraps the loop over parts of an exact table that has to be built first.
 
     Raises:
         InputError: a spectrum or volume is not usable, or beyond what a shader's loops hold.
-        UnavailableError: the scene is beyond what this GL device takes.
+        UnavailableError: the world is beyond what this GL device takes.
     """
 
-    method: Literal["spectral"] = "spectral"
+    name: Literal["spectral"] = "spectral"
 
-    def __init__(self, gl: GlContext, scene: Scene, progress: Progress = no_progress) -> None:
-        gl.ctx.gc()  # what is left of a pass before
-        self._gl = gl
-        self._scene = scene
-        parts = scene_parts(scene, progress)
-        self._check_limits(scene.camera, parts.volume, parts.optics)
-        defines = shader_defines(scene, parts)
+    def __init__(self, gl: GlContext, world: World, building: Progress = no_progress) -> None:
+        self._gl, self._world = gl, world
+        self._check_limits()
+        defines = shader_defines(world)
         self._program = GlProgram(gl, "spectral/pixel.frag", defines)
         self._target: FrameTarget | None = None
-        self._upload(parts, defines)
-        self._set_scene(parts)
+        self._upload(defines, building)
+        self._set_uniforms()
 
-    def _check_limits(self, camera: Camera, volume: DropletVolume, optics: Optics) -> None:
-        check_sizes(self._gl, camera.size_px, volume.shape)
+    def _check_limits(self) -> None:
+        world, optics = self._world, self._world.optics
+        check_sizes(self._gl, world.view.size_px, world.volume.shape)
         if self._loops_per_step(optics) > _LOOP_BUDGET:
             raise InputError(
-                f"{len(self._scene.light)} lights at {len(optics.wavelength_nm)} wavelengths are"
+                f"{len(optics.lights)} lights at {len(optics.wavelength_nm)} wavelengths are"
                 " more than a shader's loops hold; use fewer lights, a larger"
                 " render.wavelength_step_nm, or --method reference"
             )
         limit = self._gl.limits.texture_2d
         if len(optics.wavelength_nm) > limit:
             raise UnavailableError(
-                f"render.wavelength_step_nm = {self._scene.render.wavelength_step_nm:g}; gives"
+                f"render.wavelength_step_nm = {world.fineness.wavelength_step_nm:g}; gives"
                 f" {len(optics.wavelength_nm)} wavelengths, this GL device ({self._gl.renderer})"
                 f" takes up to {limit}; use a larger step, or render with --method reference"
             )
 
     @staticmethod
     def _loops_per_step(optics: Optics) -> int:
-        lights = len(optics.suns) + len(optics.lamps)
         each = len(optics.wavelength_nm) * (1 + len(optics.bows)) + LAMP_DEPTH_SAMPLES + 4
-        return 4 + lights * each
+        return 4 + len(optics.lights) * each
 
     def _check_depth_loops(self, optics: Optics) -> None:
         """Refuse marches in several passes each of which would sum depths for too long."""
@@ -112,26 +112,26 @@ class SpectralPass:
         if prefix > MOST_LOOPS - _LOOP_BUDGET:
             raise InputError(
                 f"{self._steps} steps along a ray through rain that attenuates, for"
-                f" {len(self._scene.light)} lights, are more than a shader's loops hold; use a"
+                f" {len(optics.lights)} lights, are more than a shader's loops hold; use a"
                 " smaller render.steps, a coarser volume, fewer lamps, a larger"
                 " render.wavelength_step_nm, or --method reference"
             )
 
-    def _upload(self, parts: Parts, defines: Mapping[str, Define]) -> None:
-        optics = parts.optics
-        rows = spectral_rows(parts, components=bool(defines["POLARIZER"]))
+    def _upload(self, defines: Mapping[str, Define], building: Progress) -> None:
+        world, optics = self._world, self._world.optics
+        rows = spectral_rows(world, components=bool(defines["POLARIZER"]))
         self._program.texture("spectral", rows, linear=False)
-        if parts.sections is None:
+        if world.bows_in_place:
             self._upload_airy(optics, defines)
         else:
-            self._upload_sections(parts, parts.sections, components=bool(defines["POLARIZER"]))
+            self._upload_sections(world.sections(building), components=bool(defines["POLARIZER"]))
         if defines["AIR"] and optics.suns:
             column = rayleigh.column_table().log_column
             self._program.texture("columnTable", column)
         if defines["GRID"]:
-            if parts.rain is not None:
-                self._upload_depths(parts, parts.rain)
-            self._program.volume("dropletMoments", parts.moments())
+            if world.rain is not None:
+                self._upload_depths(world.rain)
+            self._program.volume("dropletMoments", world.moments())
 
     def _upload_airy(self, optics: Optics, defines: Mapping[str, Define]) -> None:
         table = airy_table()
@@ -142,14 +142,15 @@ class SpectralPass:
         if defines["POLE"]:
             self._program.texture("airyPoleTable", table.pole)
 
-    def _upload_sections(self, parts: Parts, sections: Sections, *, components: bool) -> None:
-        optics, volume = parts.optics, parts.volume
+    def _upload_sections(self, sections: Sections, *, components: bool) -> None:
+        optics, volume = self._world.optics, self._world.volume
         count = len(optics.wavelength_nm)
         radii = volume.size_range_um
         largest = radii[1] * 1e-6
         if optics.suns:
             discs = tuple(sorted({sun.disc_rad for sun in optics.suns}))
-            low, high = scattering_range(self._scene.camera, optics)
+            ends = [self._world.view.angles_from(sun.direction) for sun in optics.suns]
+            low, high = min(low for low, _ in ends), max(high for _, high in ends)
             table = section_table(
                 sections, count, angle_axis(low, high, discs[0], largest), radii, volume.sizes,
                 discs, components=components, running=False,
@@ -183,11 +184,11 @@ class SpectralPass:
         first = float(np.log(radii.radius_m[0]))
         self._program.set(f"{name}Radii", (first, radii.per_fold, table.scale))
 
-    def _upload_depths(self, parts: Parts, rain: RainExtinction) -> None:
+    def _upload_depths(self, rain: RainExtinction) -> None:
         from rtbow.world.rain.extinction import mean_extinction_towards
 
-        lights: tuple[Sun | Lamp, ...] = (*parts.optics.suns, *parts.optics.lamps)
-        blocks = [mean_extinction_towards(light, parts.volume, rain.field) for light in lights]
+        lights, volume = self._world.optics.lights, self._world.volume
+        blocks = [mean_extinction_towards(light, volume, rain.field) for light in lights]
         stacked = np.concatenate(blocks)[..., None]
         if len(stacked) > self._gl.limits.texture_3d:
             most = self._gl.limits.texture_3d // len(blocks[0])
@@ -198,13 +199,13 @@ class SpectralPass:
             )
         self._program.volume("rainToLights", stacked)
 
-    def _set_scene(self, parts: Parts) -> None:
-        optics, volume = parts.optics, parts.volume
-        steps = self._scene.render.steps
-        rates = step_rates(volume, optics, parts.rain_per_m)
-        set_uniforms(self._program, common_uniforms(self._scene, parts, volume.box_m, rates))
+    def _set_uniforms(self) -> None:
+        world, optics, volume = self._world, self._world.optics, self._world.volume
+        steps = world.fineness.steps
+        rates = step_rates(volume, optics, world.rain_per_m)
+        set_uniforms(self._program, common_uniforms(world, volume.box_m, rates))
         self._program.set("oneRadius", volume.radius_range_um[0] * 1e-6)
-        least = LEAST_RAIN_SAMPLES if parts.rain is not None else 1
+        least = LEAST_RAIN_SAMPLES if world.rain is not None else 1
         self._steps = min(steps or max(most_steps(rates, volume), least), MAX_STEPS)
         self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
         if optics.lamps:
@@ -212,14 +213,16 @@ class SpectralPass:
             count = steps or lamp_steps(rates, volume)
             self._steps = max(self._steps, count + count % 2)
             self._program.set("lampSteps", count)
-        if parts.rain is not None and self._steps > self._steps_per_pass:
+        if world.rain is not None and self._steps > self._steps_per_pass:
             self._check_depth_loops(optics)
         if optics.lamps:
-            spheres = [(*(lamp.position_m - parts.eye_m), lamp.radius_m) for lamp in optics.lamps]
+            spheres = [
+                (*(lamp.position_m - world.view.eye_m), lamp.radius_m) for lamp in optics.lamps
+            ]
             self._program.set_array("lampSphere", spheres)
         directions = [tuple(sun.direction) for sun in optics.suns]
         shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]
-        if parts.sections is None:
+        if world.bows_in_place:
             self._program.set_array("bowEdge", bow_edges(optics, volume))
         self._program.set_array("sunDirection", directions)
         self._program.set_array("sunShape", shapes)
@@ -227,9 +230,9 @@ class SpectralPass:
     def prepare_moves(self) -> None:
         """Do nothing: there are no tables that serve other places."""
 
-    def move(self, scene: Scene) -> bool:
-        """Take over another scene, if it is the same one."""
-        return scene == self._scene
+    def move(self, world: World) -> bool:
+        """Take over another world, if it is the same one."""
+        return world is self._world
 
     @property
     def texture_bytes(self) -> int:
@@ -244,14 +247,14 @@ class SpectralPass:
             columns: which columns of the picture, a slice of step 1; all by default.
         """
         ctx = self._gl.ctx
-        width, height = self._scene.camera.size_px
+        width, height = self._world.view.size_px
         left, right, _ = columns.indices(width)
         if self._target is None:
             self._target = FrameTarget(self._gl, (width, height))
         frame = self._target.begin()
         self._program.use()
         with added_up(self._gl):
-            for first, count in strips(height, progress):
+            for first, count in _strips(height, progress):
                 frame.scissor = (left, height - first - count, right - left, count)
                 for step in range(0, self._steps, self._steps_per_pass):
                     self._program.set("stepRange", (step, step + self._steps_per_pass))
@@ -267,3 +270,24 @@ class SpectralPass:
             Linear Rec. 709 in cd/m², float32 (h, columns, 3), first row on top.
         """
         return self.draw(progress, columns).read(columns)
+
+
+def _strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:
+    """Cut rows into strips that take about ``_TILE_SECONDS`` each, by the time of the last one.
+
+    Yields the first row and the number of rows; ``progress`` sees every row once.
+    """
+    rows = iter(progress(range(height)))
+    first, count = 0, _TILE_ROWS
+    while first < height:
+        # Down to a multiple of the block, counted from GL's first row, which is the lowest.
+        bottom = max(height - first - count, 0) // _TILE_ROWS * _TILE_ROWS
+        count = height - first - bottom
+        begun = time.perf_counter()
+        yield first, count
+        for _ in range(count):
+            next(rows, None)
+        spent = max(time.perf_counter() - begun, 1e-6)
+        first += count
+        count = max(int(count * min(max(_TILE_SECONDS / spent, 0.25), 4.0)), 1)
+    next(rows, None)  # lets the wrapper finish its line

@@ -19,6 +19,7 @@ from rtbow.scene.model import Scene
 from rtbow.view.picture.navigate import antisolar
 from rtbow.view.picture.overlays import box_of
 from rtbow.view.picture.projection import View, azimuth_altitude_deg, part_at
+from rtbow.world.world import resolve
 
 SPECTRUM_STEP_NM = 1.0
 """Wavelength step of a spectrum under the cursor."""
@@ -193,7 +194,7 @@ def spectrum_at(scene: Scene, ray: Array) -> tuple[Array, Array]:
 
     step = scene.render.model_copy(update={"wavelength_step_nm": SPECTRUM_STEP_NM})
     fine = scene.model_copy(update={"render": step})
-    radiance = spectral_radiance_along(fine, floats(ray)[None])[0]
+    radiance = spectral_radiance_along(resolve(fine), floats(ray)[None])[0]
     return wavelength_bins(SPECTRUM_STEP_NM).wavelength_nm, radiance
 
 

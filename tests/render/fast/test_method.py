@@ -19,6 +19,7 @@ import rtbow
 import rtbow.render.fast.lamp
 import rtbow.render.fast.light
 import rtbow.render.fast.method
+import rtbow.render.fast.nodes
 import rtbow.render.fast.shared
 import rtbow.render.fast.sun
 import rtbow.render.fast.sun_colours
@@ -32,6 +33,7 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
 from rtbow.world.camera import pixel_directions
 from rtbow.world.rain.volume import DropletVolume, save_volume
+from rtbow.world.world import resolve
 
 Keys = Mapping[str, Any]
 
@@ -333,7 +335,7 @@ def truth(scene: Scene, sample: PixelSample, step_nm: float = 1.0) -> Array:
         inside = (sample.columns >= columns.start) & (sample.columns < columns.stop)
         fine = part.render.model_copy(update={"wavelength_step_nm": step_nm})
         rays = pixel_directions(part.camera)[sample.rows[inside], sample.columns[inside]]
-        xyz[inside] = radiance_along(part.model_copy(update={"render": fine}), rays)
+        xyz[inside] = radiance_along(resolve(part.model_copy(update={"render": fine})), rays)
     return xyz
 
 
@@ -477,7 +479,7 @@ def halve_the_grey_part(monkeypatch):
 
 
 def leave_the_air_one_colour(monkeypatch):
-    monkeypatch.setattr(rtbow.render.fast.sun_colours, "column_degree", lambda *_: 0)
+    monkeypatch.setattr(rtbow.render.fast.light, "column_degree", lambda *_: 0)
 
 
 def swap_components(monkeypatch):
@@ -497,10 +499,10 @@ def see_no_disc(monkeypatch):
 def coarser(**changes: Any) -> Callable[[Any], None]:
     def patch(monkeypatch: Any) -> None:
         monkeypatch.setattr(rtbow.render.fast.shared, "_LEAST_STEPS", 1)
-        monkeypatch.setattr(rtbow.render.fast.shared, "_WIDEST_BLOCK_DEG", 90.0)
-        real = rtbow.render.fast.method.settings_for
+        monkeypatch.setattr(rtbow.render.fast.nodes, "_WIDEST_BLOCK_DEG", 90.0)
+        real = rtbow.render.fast.shared.settings_for
         monkeypatch.setattr(
-            rtbow.render.fast.method,
+            rtbow.render.fast.shared,
             "settings_for",
             lambda *a, **m: replace(real(*a, **m), **changes),
         )

@@ -14,10 +14,11 @@ import pytest
 from rtbow.gl.context import GlContext, open_context
 from rtbow.gl.glsl import Define, compile_program
 from rtbow.gl.program import GlProgram
-from rtbow.render.fast.method import FastPass
-from rtbow.render.spectral.method import SpectralPass
+from rtbow.render.fast.method import FastMethod
+from rtbow.render.spectral.method import SpectralMethod
 from rtbow.scene.model import Scene
 from rtbow.world.rain.volume import DropletVolume, save_volume
+from rtbow.world.world import resolve
 
 BOX = [[-50.0, 10.0, 0.0], [50.0, 90.0, 60.0]]
 SUN = {"type": "sun", "altitude_deg": 20.0}
@@ -98,7 +99,9 @@ def programs(context, monkeypatch, tmp_path) -> Callable[..., list[Made]]:
 
     monkeypatch.setattr(GlProgram, "__init__", watched)
 
-    def programs_of(light: Switches = SUN, method: Any = FastPass, **switches: bool) -> list[Made]:
+    def programs_of(
+        light: Switches = SUN, method: Any = FastMethod, **switches: bool
+    ) -> list[Made]:
         made.clear()
         with context.current():
             method(context, make(tmp_path, light, **switches)).draw()
@@ -229,7 +232,7 @@ def test_every_shape_of_the_bake_compiles(context, monkeypatch, tmp_path):
 
     monkeypatch.setattr(GlProgram, "__init__", watched)
     with context.current():
-        FastPass(context, make(tmp_path))
+        FastMethod(context, resolve(make(tmp_path)))
     shapes = set()
     for disc, polarizer, count in product((False, True), (False, True), range(1, 9)):
         for sides in ("1.0", "-1.0", "1.0, -1.0"):
@@ -335,7 +338,7 @@ def test_the_programs_of_a_scene_are_shapes_that_were_compiled(programs, light, 
 
 
 def spectral_names(programs: Callable[..., list[Made]], light: Switches, **switches: bool):
-    return names_of(programs(light, SpectralPass, **switches))
+    return names_of(programs(light, SpectralMethod, **switches))
 
 
 @by_light

@@ -6,7 +6,7 @@ from lamp_samples import make
 from rtbow.gl.context import open_context
 from rtbow.gl.glsl import compile_program
 from rtbow.render.spectral.layout import shader_defines
-from rtbow.world.world import scene_parts
+from rtbow.world.world import resolve
 
 SWITCHES = (
     "GRID", "ONE_RADIUS", "AIR", "DISC", "POLE", "WIDE", "EXTINCTION", "POLARIZER", "TABLE"
@@ -57,7 +57,7 @@ def pairwise():
 
 def test_every_shape_of_the_shader_compiles():
     scene = make()
-    defines = shader_defines(scene, scene_parts(scene))
+    defines = shader_defines(resolve(scene))
     assert defines.keys() >= VALUES.keys()
     wanted = [s for s in shapes() if reachable(s) and (s["SUN_COUNT"], s["LAMP_COUNT"]) in LIGHTS]
     wanted += pairwise()

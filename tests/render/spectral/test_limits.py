@@ -10,8 +10,9 @@ import pytest
 
 from rtbow.base.errors import UnavailableError
 from rtbow.gl.context import GlContext, open_context
-from rtbow.render.spectral.method import SpectralPass
+from rtbow.render.spectral.method import SpectralMethod
 from rtbow.scene.model import Scene
+from rtbow.world.world import resolve
 
 SUN = {"type": "sun", "altitude_deg": 20.0}
 MIXTURE = {"distribution": "gamma", "mixing": "local", "effective_radius_um": 10.0,
@@ -67,8 +68,8 @@ def make(lights: int = 1, step_nm: float = 40.0, **droplets: Any) -> Scene:
 )  # fmt: skip
 def test_a_device_that_takes_less(context, scene, limits, message):
     with context.current():
-        SpectralPass(context, scene)  # and so it is the limit alone
+        SpectralMethod(context, resolve(scene))  # and so it is the limit alone
         context.limits = replace(context.limits, **limits)
         with pytest.raises(UnavailableError, match=message) as caught:
-            SpectralPass(context, scene)
+            SpectralMethod(context, resolve(scene))
     assert "--method reference" in str(caught.value)
