@@ -150,7 +150,8 @@ def volume() -> None:
         code = (
             "import time, resource, rtbow\n"
             "from rtbow.gl.context import open_context\n"
-            "from rtbow.render.spectral.method import SpectralPass\n"
+            "from rtbow.render.spectral.method import SpectralMethod\n"
+            "from rtbow.world.world import resolve\n"
             "s = rtbow.load_scene('uniform', {'droplets.file': " + repr(str(path)) + "})\n"
             "gl = open_context()\n"
             "t = time.perf_counter()\n"

@@ -498,7 +498,7 @@ def test_odd_sizes(backend, size_px):
 
 def test_strips_do_not_show(backend, monkeypatch):
     whole = render(make(), backend)
-    monkeypatch.setattr("rtbow.render.spectral.strips._TILE_SECONDS", 0.0)
+    monkeypatch.setattr("rtbow.render.spectral.method._TILE_SECONDS", 0.0)
     np.testing.assert_array_equal(render(make(), backend), whole)
 
 

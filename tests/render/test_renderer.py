@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
-from rtbow.render.spectral.strips import strips
+from rtbow.render.spectral.method import strips
 
 import rtbow
 import rtbow.render.spectral.method

@@ -254,7 +254,7 @@ class SpectralMethod:
         frame = self._target.begin()
         self._program.use()
         with added_up(self._gl):
-            for first, count in _strips(height, progress):
+            for first, count in strips(height, progress):
                 frame.scissor = (left, height - first - count, right - left, count)
                 for step in range(0, self._steps, self._steps_per_pass):
                     self._program.set("stepRange", (step, step + self._steps_per_pass))
@@ -272,7 +272,7 @@ class SpectralMethod:
         return self.draw(progress, columns).read(columns)
 
 
-def _strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:
+def strips(height: int, progress: Progress) -> Iterator[tuple[int, int]]:
     """Cut rows into strips that take about ``_TILE_SECONDS`` each, by the time of the last one.
 
     Yields the first row and the number of rows; ``progress`` sees every row once.
