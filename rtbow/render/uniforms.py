@@ -59,21 +59,21 @@ def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, A
     """
     view, volume, eye = world.view, world.volume, world.view.eye_m
     uniforms: dict[str, Any] = {
-        "frameSize": tuple(float(n) for n in view.size_px),
-        "cameraBasis": tuple(view.basis.ravel()),
-        "eyeHeight": float(eye[2]),
+        "camera.size": tuple(float(n) for n in view.size_px),
+        "camera.basis": tuple(view.basis.ravel()),
+        "air.eyeHeight": float(eye[2]),
         # Relative to the eye in float64, so that float32 keeps its digits far from the origin.
-        "boxLow": tuple(box_m[0] - eye),
-        "boxHigh": tuple(box_m[1] - eye),
-        "cellsPerMetre": tuple(rates.cells_per_metre),
-        "airPerMetre": rates.air_per_metre,
-        "fixedSteps": world.fineness.steps or 0,
+        "volume.low": tuple(box_m[0] - eye),
+        "volume.high": tuple(box_m[1] - eye),
+        "march.cellsPerMetre": tuple(rates.cells_per_metre),
+        "march.airPerMetre": rates.air_per_metre,
+        "march.fixedSteps": world.fineness.steps or 0,
     }
     if view.polarizer is not None:
-        uniforms["polarizerPass"] = tuple(view.polarizer)
+        uniforms["camera.pass"] = tuple(view.polarizer)
     if volume.uniform:
-        uniforms["uniformDensity"] = float(volume.number_per_m3[0, 0, 0])
-        uniforms["uniformExtinction"] = world.rain_per_m
+        uniforms["volume.density"] = float(volume.number_per_m3[0, 0, 0])
+        uniforms["volume.extinction"] = world.rain_per_m
     return uniforms
 
 

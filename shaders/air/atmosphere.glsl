@@ -1,6 +1,11 @@
 #include "common/definitions.glsl"
 #include "common/math.glsl"
 
+struct Air {
+    Length eyeHeight;
+    sampler2D columns;     // logarithms of the columns towards the sun (sunColumn)
+};
+
 // Altitude (negative) at which a ray from a height grazes the ground. The argument of the arc sine
 // is below 0.04, where its series is exact in float32 and Mesa's asin is not.
 Angle horizonAltitude(Length height) {

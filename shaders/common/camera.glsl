@@ -1,7 +1,28 @@
 #include "common/definitions.glsl"
+#include "common/polarizer.glsl"
 
-// Direction through a pixel centre. basis: forward, right and up, the latter two scaled by half the
-// extent of the picture plane at distance 1; screen: -1..1 from left to right and bottom to top.
+struct Camera {
+    vec2 size;             // of the picture, pixels
+    mat3 basis;            // forward, right and up, the latter two scaled by half the extent of the
+                           // picture plane at distance 1
+    Direction pass;        // in a filter before the lens: of the field that it lets pass
+};
+
+// Direction through a place of the picture; screen: -1..1 from left to right and bottom to top.
 Direction cameraRay(vec2 screen, mat3 basis) {
     return normalize(basis[0] + screen.x * basis[1] + screen.y * basis[2]);
+}
+
+// Direction through a place in pixels, whose centres lie at halves.
+Direction rayThrough(Camera camera, vec2 pixel) {
+    return cameraRay(2.0 * pixel / camera.size - 1.0, camera.basis);
+}
+
+// Share of the component perpendicular to the scattering plane in what the camera sees of a light.
+Number shareAcross(Camera camera, vec3 towardsLight, Direction ray) {
+#if POLARIZER
+    return perpendicularShare(towardsLight, ray, camera.pass);
+#else
+    return 0.5;
+#endif
 }

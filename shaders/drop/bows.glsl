@@ -2,7 +2,6 @@
 #include "common/math.glsl"
 #include "drop/airy.glsl"
 
-#if !TABLE
 // One bow at one wavelength, from its row of the spectral texture: Descartes' angle, scale, and its
 // strength (of both components where there is a polariser, else their mean).
 struct Bow {
@@ -23,4 +22,3 @@ Bow bowAt(sampler2D spectral, int wavelength, int order, Number perpendicular) {
 vec2 radiusPowers(Length radius) {
     return vec2(pow(radius, 2.0 / 3.0), radius * radius * pow(radius, 1.0 / 3.0));
 }
-#endif

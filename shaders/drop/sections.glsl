@@ -4,7 +4,6 @@
 // Cross-sections from a table made for the scene (rtbow/tables/layout.py): one layer per wavelength
 // and disc, rows of radius, columns of scattering angle; divided by the radius squared.
 
-#if TABLE
 // How places along the angles follow the angle: evenly, and denser towards both poles.
 struct AngleAxis {
     Number linear;         // texels per rad
@@ -69,5 +68,4 @@ CrossSection sectionMean(sampler2DArray sections, AngleAxis axis, vec2 theta, ve
     return radius.y * mean.g;
 #endif
 }
-#endif
 #endif

@@ -1,4 +1,4 @@
-#include "light/sunlight.glsl"
+#include "drop/airy_theory.glsl"
 
 // Colours of drops under a light of one spectrum: a texel sums one scattering angle and radius over
 // all wavelengths, once for each column of air and depth of rain that `light` has rows for.
@@ -7,18 +7,7 @@ uniform sampler2D spectral;         // rows of bows, as method `spectral` has th
 uniform sampler2D light;            // X, Y, Z per wavelength; a row per outcome
 uniform sampler2D angles;           // scattering angle of each column
 uniform sampler2D radii;            // radius of each row
-uniform float bowEdge[BOW_COUNT];
-uniform sampler2D airyNearTable;
-#if DISC
-uniform sampler2D airyFringeTable;
-#else
-#define airyFringeTable airyNearTable     // never read
-#endif
-#if POLE
-uniform sampler2D airyPoleTable;
-#else
-#define airyPoleTable airyNearTable       // never read
-#endif
+uniform Theory theory;
 uniform float discRadius;
 uniform float component;            // share of the perpendicular one, with a polariser
 uniform int firstRow;               // row of `radii` of the target's first one
@@ -28,20 +17,15 @@ layout(location = 0) out vec4 outcome[OUTCOMES];
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
-    SunView view;
-    view.theta = texelFetch(angles, ivec2(texel.x, 0), 0).r;
-    view.perpendicular = component;
-    view.disc = discRadius;
-    view.perDisc = 1.0 / max(view.disc, 1.0e-9);
-    findBows(view, bowEdge);
+    Angle theta = texelFetch(angles, ivec2(texel.x, 0), 0).r;
+    SunView view = sunView(theory, theta, discRadius, 0, component);
     Tristimulus sums[OUTCOMES];
     for (int k = 0; k < OUTCOMES; ++k) sums[k] = vec3(0.0);
     if (!isDark(view)) {
         Length radius = texelFetch(radii, ivec2(firstRow + texel.y, 0), 0).r;
-        vec2 terms = RADIUS_TERMS(radius);
+        vec2 terms = radiusTerms(theory, radius);
         for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
-            CrossSection value = crossSection(spectral, airyNearTable, airyFringeTable,
-                                              airyPoleTable, w, terms, view);
+            CrossSection value = crossSection(spectral, theory, w, terms, view);
             for (int k = 0; k < OUTCOMES; ++k) sums[k] += value * texelFetch(light, ivec2(w, k), 0).rgb;
         }
         Number scale = pow(perRadius / radius, RADIUS_POWER);

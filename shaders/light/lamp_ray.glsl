@@ -5,6 +5,11 @@
 // The running integral of the cross-section makes a step exact however many fringes it spans.
 
 #if LAMP_COUNT
+struct Lamp {
+    Position centre;
+    Length radius;
+};
+
 struct LampRay {
     Length side;           // distance D of the lamp from the ray's line
     Length foot;           // where along the ray it is nearest

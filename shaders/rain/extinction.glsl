@@ -34,6 +34,34 @@ Length pathOut(Direction towards, Position low, Position high) {
 }
 #endif
 
+#if EXTINCTION
+// The rain's depth on light's way to a drop and on to the eye, over one step of a march.
+struct RainDepth {
+    Number toEye;          // from the eye to the end of the step
+    Number toLight;        // from there to the light
+    Number before;         // the whole way by the start of the step
+    Number behind;         // and by its end
+};
+
+// At the start of a march, or of a part of it that begins `toEye` deep.
+RainDepth rainDepth(Number toEye, Number toLight) {
+    return RainDepth(toEye, toLight, toEye + toLight, toEye + toLight);
+}
+
+// Takes a step through `passed` of depth, to a place `toLight` deep.
+void advance(inout RainDepth rain, Number passed, Number toLight) {
+    rain.before = rain.toEye + rain.toLight;
+    rain.toEye += passed;
+    rain.toLight = toLight;
+    rain.behind = rain.toEye + rain.toLight;
+}
+
+// What a step leaves of the light: the mean over it, its depth growing evenly.
+Number rainLeft(RainDepth rain) {
+    return exp(-min(rain.before, rain.behind)) * meanDecay(abs(rain.behind - rain.before));
+}
+#endif
+
 #if ATTENUATION
 // What air and rain leave of a wavelength's light, as the mean over a step on which the rain's depth
 // grows from `depth` by `rise`. weight: depth of the air per column.

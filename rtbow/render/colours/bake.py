@@ -157,7 +157,6 @@ def _bake(
         "SUN_COUNT": 1,
         "LAMP_COUNT": 0,
         "FIRST_LIGHT_ROW": len(the_bows),
-        "TABLE": False,
         "ONE_RADIUS": False,
         "ATTENUATION": False,
         "EXTINCTION": False,
@@ -174,12 +173,12 @@ def _bake(
     program.texture("angles", theta[None], linear=False)
     program.texture("radii", drops.radius_m[None], linear=False)
     table = airy_table()
-    program.texture("airyNearTable", table.near[..., :1])
+    program.texture("theory.near", table.near[..., :1])
     if disc_rad > 0.0:
-        program.texture("airyFringeTable", table.fringe[None])
-        program.texture("airyPoleTable", table.pole)
+        program.texture("theory.fringe", table.fringe[None])
+        program.texture("theory.pole", table.pole)
     smallest = max(float(drops.radius_m[0]), MIN_RADIUS_UM * 1e-6)
-    program.set_array("bowEdge", dark_edges(the_bows, smallest, disc_rad))
+    program.set_array("theory.edge", dark_edges(the_bows, smallest, disc_rad))
     program.set("discRadius", disc_rad)
     program.set("perRadius", middle_radius(drops.radius_m))
     gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)

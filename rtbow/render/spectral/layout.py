@@ -50,7 +50,6 @@ def shader_defines(world: World) -> dict[str, Define]:
         "SUN_COUNT": len(optics.suns),
         "LAMP_COUNT": len(optics.lamps),
         "ATTENUATION": optics.has_air or rain,
-        "TABLE": table,
         "DISC": not table
         and (
             any(sun.disc_rad > 0.0 for sun in optics.suns)

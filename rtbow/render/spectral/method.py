@@ -17,6 +17,7 @@ from rtbow.gl.program import (
     GlProgram,
     added_up,
     check_sizes,
+    row_texture,
     texture_bytes,
 )
 from rtbow.physics.air import rayleigh
@@ -76,7 +77,8 @@ class SpectralMethod:
         self._gl, self._world = gl, world
         self._check_limits()
         defines = shader_defines(world)
-        self._program = GlProgram(gl, "spectral/pixel.frag", defines)
+        theory = "airy" if world.bows_in_place else "table"
+        self._program = GlProgram(gl, f"spectral/{theory}.frag", defines)
         self._target: FrameTarget | None = None
         self._upload(defines, building)
         self._set_uniforms()
@@ -127,20 +129,24 @@ class SpectralMethod:
             self._upload_sections(world.sections(building), components=bool(defines["POLARIZER"]))
         if defines["AIR"] and optics.suns:
             column = rayleigh.column_table().log_column
-            self._program.texture("columnTable", column)
+            self._program.texture("air.columns", column)
         if defines["GRID"]:
             if world.rain is not None:
                 self._upload_depths(world.rain)
-            self._program.volume("dropletMoments", world.moments())
+            self._program.volume("volume.moments", world.moments())
 
     def _upload_airy(self, optics: Optics, defines: Mapping[str, Define]) -> None:
-        table = airy_table()
-        near = 2 if optics.lamps else 1  # suns need no running integral
-        self._program.texture("airyNearTable", table.near[..., :near])
+        table, program = airy_table(), self._program
+        channels = 2 if optics.lamps else 1  # suns need no running integral
+        textures = {"near": row_texture(self._gl, table.near[..., :channels])}
         if defines["DISC"]:
-            self._program.texture("airyFringeTable", table.fringe[None])
+            textures["fringe"] = row_texture(self._gl, table.fringe[None])
         if defines["POLE"]:
-            self._program.texture("airyPoleTable", table.pole)
+            textures["pole"] = row_texture(self._gl, table.pole)
+        for theory in ("sunTheory", "lampTheory"):
+            for name, texture in textures.items():
+                program.bind(f"{theory}.{name}", texture)
+            program.set_array(f"{theory}.edge", bow_edges(optics, self._world.volume))
 
     def _upload_sections(self, sections: Sections, *, components: bool) -> None:
         optics, volume = self._world.optics, self._world.volume
@@ -155,17 +161,17 @@ class SpectralMethod:
                 sections, count, angle_axis(low, high, discs[0], largest), radii, volume.sizes,
                 discs, components=components, running=False,
             )  # fmt: skip
-            self._set_sections("section", table)
-            layers = [discs.index(sun.disc_rad) * count for sun in optics.suns]
-            self._program.set_array("sunLayer", layers)
+            self._set_sections("sunTheory", table)
+            for k, sun in enumerate(optics.suns):
+                self._program.set(f"suns[{k}].layer", discs.index(sun.disc_rad) * count)
         if optics.lamps:
             table = section_table(
                 sections, count, angle_axis(0.0, np.pi, 0.0, largest), radii, volume.sizes,
                 (0.0,), components=components, running=True,
             )  # fmt: skip
-            self._set_sections("lamp", table)
+            self._set_sections("lampTheory", table)
 
-    def _set_sections(self, name: str, table: SectionTable) -> None:
+    def _set_sections(self, theory: str, table: SectionTable) -> None:
         """Upload a table of cross-sections and set the uniforms of its axes."""
         layers, rows, columns, _ = table.values.shape
         limits = self._gl.limits
@@ -176,13 +182,20 @@ class SpectralMethod:
                 f" {limits.texture_2d} texels a side; use a larger render.wavelength_step_nm, or"
                 " render with --method reference"
             )
-        self._program.layers(f"{name}Table", table.values)
-        angles, radii = table.angles, table.radii
+        program, angles, radii = self._program, table.angles, table.radii
+        program.layers(f"{theory}.sections", table.values)
         low, high = angles.ends
-        self._program.set(f"{name}Angles", (angles.linear, angles.pole, angles.width))
-        self._program.set(f"{name}Places", (low, 1.0 / (high - low)))
-        first = float(np.log(radii.radius_m[0]))
-        self._program.set(f"{name}Radii", (first, radii.per_fold, table.scale))
+        for name, value in (
+            ("angles.linear", angles.linear),
+            ("angles.pole", angles.pole),
+            ("angles.width", angles.width),
+            ("angles.start", low),
+            ("angles.perPlace", 1.0 / (high - low)),
+            ("radii.first", float(np.log(radii.radius_m[0]))),
+            ("radii.perFold", radii.per_fold),
+            ("radii.scale", table.scale),
+        ):
+            program.set(f"{theory}.{name}", value)
 
     def _upload_depths(self, rain: RainExtinction) -> None:
         from rtbow.world.rain.extinction import mean_extinction_towards
@@ -197,14 +210,14 @@ class SpectralMethod:
                 f" ({self._gl.renderer}) takes up to {most}; use fewer, droplets.extinction ="
                 " false, or --method reference"
             )
-        self._program.volume("rainToLights", stacked)
+        self._program.volume("volume.toLights", stacked)
 
     def _set_uniforms(self) -> None:
         world, optics, volume = self._world, self._world.optics, self._world.volume
         steps = world.fineness.steps
         rates = step_rates(volume, optics, world.rain_per_m)
         set_uniforms(self._program, common_uniforms(world, volume.box_m, rates))
-        self._program.set("oneRadius", volume.radius_range_um[0] * 1e-6)
+        self._program.set("volume.radius", volume.radius_range_um[0] * 1e-6)
         least = LEAST_RAIN_SAMPLES if world.rain is not None else 1
         self._steps = min(steps or max(most_steps(rates, volume), least), MAX_STEPS)
         self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
@@ -215,17 +228,13 @@ class SpectralMethod:
             self._program.set("lampSteps", count)
         if world.rain is not None and self._steps > self._steps_per_pass:
             self._check_depth_loops(optics)
-        if optics.lamps:
-            spheres = [
-                (*(lamp.position_m - world.view.eye_m), lamp.radius_m) for lamp in optics.lamps
-            ]
-            self._program.set_array("lampSphere", spheres)
-        directions = [tuple(sun.direction) for sun in optics.suns]
-        shapes = [(sun.altitude_rad, sun.disc_rad) for sun in optics.suns]
-        if world.bows_in_place:
-            self._program.set_array("bowEdge", bow_edges(optics, volume))
-        self._program.set_array("sunDirection", directions)
-        self._program.set_array("sunShape", shapes)
+        for k, lamp in enumerate(optics.lamps):
+            self._program.set(f"lamps[{k}].centre", tuple(lamp.position_m - world.view.eye_m))
+            self._program.set(f"lamps[{k}].radius", lamp.radius_m)
+        for k, sun in enumerate(optics.suns):
+            self._program.set(f"suns[{k}].towards", tuple(sun.direction))
+            self._program.set(f"suns[{k}].altitude", sun.altitude_rad)
+            self._program.set(f"suns[{k}].disc", sun.disc_rad)
 
     def prepare_moves(self) -> None:
         """Do nothing: there are no tables that serve other places."""

@@ -1,0 +1,101 @@
+#include "common/definitions.glsl"
+#include "common/math.glsl"
+#include "common/camera.glsl"
+#include "air/atmosphere.glsl"
+#include "rain/march.glsl"
+#include "rain/volume.glsl"
+#include "light/sunlight.glsl"
+
+// Equation 2 under suns: the march along a ray with its wavelengths, by the midpoint rule in distance.
+
+#if SUN_COUNT
+#if EXTINCTION
+Number rainToSun(Volume volume, Direction ray, Length distance, int s, Sun sun) {
+    return rainTowards(volume, ray, distance, s, sun.towards, 3.0e38);
+}
+#endif
+
+// `steps`: this pass draws steps first..last-1; passes add up.
+Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, March march,
+                     ivec2 steps, Air air, Sun suns[SUN_COUNT], sampler2D spectral,
+                     Theory theory) {
+    SunView views[SUN_COUNT];
+    bool dark = true;
+    for (int s = 0; s < SUN_COUNT; ++s) {
+        // Light travels from the sun and on to the eye along -ray.
+        views[s] = sunView(theory, angleBetween(suns[s].towards, ray), suns[s].disc, suns[s].layer,
+                           shareAcross(camera, suns[s].towards, ray));
+        dark = dark && isDark(views[s]);
+    }
+    Tristimulus sum = vec3(0.0);
+    if (dark) return sum;
+    int count = stepCount(span.y - span.x, ray, march);
+    Length stepLength = (span.y - span.x) / float(count);
+    int first = steps.x;
+    int last = min(count, steps.y);
+#if ONE_RADIUS && ATTENUATION
+    Sections found[SUN_COUNT];
+    for (int s = 0; s < SUN_COUNT; ++s) {
+        if (isDark(views[s])) continue;
+        found[s] = crossSections(spectral, theory, views[s], volume.radius);
+    }
+#elif ONE_RADIUS
+    ColumnDensity passed = 0.0;
+#endif
+#if EXTINCTION
+    Number toEye = 0.0;
+    for (int i = 0; i < first; ++i) {
+        Position at = (span.x + (float(i) + 0.5) * stepLength) * ray;
+        toEye += stepLength * dropletsAt(volume, at).extinction;
+    }
+    RainDepth rain[SUN_COUNT];
+    for (int s = 0; s < SUN_COUNT; ++s) {
+        Length start = span.x + float(first) * stepLength;
+        rain[s] = rainDepth(toEye, rainToSun(volume, ray, start, s, suns[s]));
+    }
+#endif
+    for (int i = first; i < last; ++i) {
+        Length distance = span.x + (float(i) + 0.5) * stepLength;
+        Position at = distance * ray;
+        Droplets drops = dropletsAt(volume, at);
+#if !EXTINCTION
+        if (drops.density <= 0.0) continue;
+#endif
+#if ONE_RADIUS && !ATTENUATION
+        passed += drops.density * stepLength;
+#else
+        for (int s = 0; s < SUN_COUNT; ++s) {
+            if (isDark(views[s])) continue;
+            Column column = 0.0;
+#if AIR
+            column = sunColumn(air.columns, air.eyeHeight + at.z, suns[s].altitude)
+                + segmentColumn(air.eyeHeight, ray.z, distance);
+#endif
+            Number depth = 0.0;
+            Number rise = 0.0;
+            Number reach = drops.density * stepLength;
+#if EXTINCTION
+            advance(rain[s], stepLength * drops.extinction,
+                    rainToSun(volume, ray, distance + 0.5 * stepLength, s, suns[s]));
+            if (drops.density <= 0.0) continue;
+            depth = min(rain[s].before, rain[s].behind);
+            rise = abs(rain[s].behind - rain[s].before);
+#endif
+#if ONE_RADIUS
+            sum += reach * attenuatedLight(spectral, s, found[s], column, depth, rise);
+#else
+            sum += reach * scatteredLight(spectral, theory, s, views[s], drops.radius, column, depth,
+                                          rise);
+#endif
+        }
+#endif
+    }
+#if ONE_RADIUS && !ATTENUATION
+    for (int s = 0; s < SUN_COUNT; ++s) {
+        if (isDark(views[s])) continue;
+        sum += passed * scatteredLight(spectral, theory, s, views[s], volume.radius, 0.0, 0.0, 0.0);
+    }
+#endif
+    return sum;
+}
+#endif

@@ -1,0 +1,44 @@
+#include "common/box.glsl"
+#include "common/camera.glsl"
+#include "common/colour.glsl"
+#include "light/sun_march.glsl"
+#include "light/lamp_march.glsl"
+
+// One pixel of a frame: linear Rec. 709 radiance in cd/m^2 along the ray through its centre. The
+// main of spectral/airy.frag and spectral/table.frag, which differ in the theory before it.
+
+uniform Camera camera;
+uniform Air air;
+uniform Volume volume;
+uniform March march;
+uniform ivec2 stepRange;            // this pass draws steps first..last-1; passes add up
+uniform sampler2D spectral;         // per-wavelength numbers of bows, lights and rain
+#if SUN_COUNT
+uniform Sun suns[SUN_COUNT];
+uniform Theory sunTheory;
+#endif
+#if LAMP_COUNT
+uniform Lamp lamps[LAMP_COUNT];
+uniform int lampSteps;
+uniform Theory lampTheory;          // without a disc, with running integrals
+#endif
+
+out vec4 radiance;
+
+void main() {
+    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    vec2 span = boxSpan(ray, volume.low, volume.high);
+    Tristimulus sum = vec3(0.0);
+    if (span.x < span.y) {
+#if SUN_COUNT
+        sum += sunlight(camera, ray, span, volume, march, stepRange, air, suns, spectral, sunTheory);
+#endif
+#if LAMP_COUNT
+        for (int light = 0; light < LAMP_COUNT; ++light) {
+            sum += lamplight(camera, ray, span, volume, lampSteps, stepRange, air, lamps[light],
+                             light, spectral, lampTheory);
+        }
+#endif
+    }
+    radiance = vec4(xyzToRgb(sum), 1.0);
+}
