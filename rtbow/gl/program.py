@@ -18,6 +18,10 @@ from rtbow.gl.glsl import Define, compile_program
 Texture = moderngl.Texture | moderngl.Texture3D | moderngl.TextureArray
 
 
+_SAMPLER_TYPES = (0x8B5E, 0x8B5F, 0x8DC1)
+"""GL_SAMPLER_2D, GL_SAMPLER_3D and GL_SAMPLER_2D_ARRAY."""
+
+
 class GlProgram:
     """A program that draws one triangle over its target, its textures bound by name.
 
@@ -32,6 +36,11 @@ class GlProgram:
         self._program = compile_program(gl.ctx, "common/fullscreen.vert", fragment, defines)
         self._triangle = gl.ctx.vertex_array(self._program, [])
         self._textures: dict[str, Texture] = {}
+        self._samplers = {
+            name
+            for name in self._program
+            if getattr(self._program[name], "gl_type", None) in _SAMPLER_TYPES
+        }
 
     @property
     def names(self) -> set[str]:
@@ -78,6 +87,11 @@ class GlProgram:
         for unit, (name, texture) in enumerate(self._textures.items()):
             texture.use(unit)
             self.set(name, unit)
+        # A sampler that is passed on but never read counts as used: left at unit 0, it might share
+        # that with one of another type, and nothing would be drawn.
+        unread = sorted(self._samplers - self._textures.keys())
+        for unit, name in enumerate(unread, len(self._textures)):
+            self._program[name] = unit
 
     def draw(self) -> None:
         """Draw over the bound framebuffer."""

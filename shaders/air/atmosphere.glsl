@@ -3,7 +3,9 @@
 
 struct Air {
     Length eyeHeight;
+#if AIR && SUN_COUNT
     sampler2D columns;     // logarithms of the columns towards the sun (sunColumn)
+#endif
 };
 
 // Altitude (negative) at which a ray from a height grazes the ground. The argument of the arc sine

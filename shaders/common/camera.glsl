@@ -5,7 +5,9 @@ struct Camera {
     vec2 size;             // of the picture, pixels
     mat3 basis;            // forward, right and up, the latter two scaled by half the extent of the
                            // picture plane at distance 1
+#if POLARIZER
     Direction pass;        // in a filter before the lens: of the field that it lets pass
+#endif
 };
 
 // Direction through a place of the picture; screen: -1..1 from left to right and bottom to top.

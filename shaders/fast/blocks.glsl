@@ -4,23 +4,22 @@
 // blocks of pixels, and interpolated within each block; blocks where that would not do are flagged.
 
 #if BLOCKS
-uniform float blockSize;            // pixels between nodes, a whole number
-
 const Number MISS = -1.0;           // stored where a node's ray misses the rain
 
-vec2 nodePixel(vec2 fragment) {
+// Where in the picture a node lies; `block`: pixels between nodes, a whole number.
+vec2 nodePixel(vec2 fragment, float block) {
     // One ring of nodes lies outside of the picture.
-    return (fragment - 1.5) * blockSize;
+    return (fragment - 1.5) * block;
 }
 
 // The block that a pixel is in.
-ivec2 blockOf(vec2 pixel) {
-    return ivec2(pixel / blockSize);
+ivec2 blockOf(vec2 pixel, float block) {
+    return ivec2(pixel / block);
 }
 
 // Texture coordinate of a pixel among the nodes.
-vec2 nodePlace(vec2 pixel, sampler2D nodes) {
-    return (pixel / blockSize + 1.5) / vec2(textureSize(nodes, 0));
+vec2 nodePlace(vec2 pixel, float block, sampler2D nodes) {
+    return (pixel / block + 1.5) / vec2(textureSize(nodes, 0));
 }
 
 // Error of a linear interpolation half-way between b and c at most, from the nodes beyond them: a kink

@@ -1,9 +1,27 @@
 #include "common/definitions.glsl"
 #include "common/math.glsl"
 
-// Light already summed over wavelengths (rtbow/render/colours/table.py): X, Y, Z per drop and scattering
-// angle for one light behind the scene's middle air column, and how it falls off with more column
-// and rain. Blocks of rows: one or two components, then the fall-offs; rows of radius in each.
+// Light already summed over wavelengths (rtbow/render/colours/table.py): X, Y, Z per drop and
+// scattering angle for one light behind the scene's middle air column, and how it falls off with more
+// column and rain. Blocks of rows: one or two components, then the fall-offs; rows of radius in each.
+struct ColourTable {
+    sampler2D values;
+    Number first;          // folded chord of the first texel
+    Number perChord;       // texels per unit of it
+};
+
+// Rows of radius, evenly in the logarithm.
+struct RadiusRows {
+    Number middle;         // logarithm of the radius that weights are counted from
+#if SEVERAL_RADII
+    Number first;          // the first row's from there
+    Number perFold;        // rows per factor e
+#endif
+};
+
+Number texelOf(ColourTable table, Number chord) {
+    return (chord - table.first) * table.perChord;
+}
 
 // Folded chord of the angle between unit vectors: 2 sin(theta / 2) up to a right angle and as far
 // below 2 sqrt(2) beyond it. As good as the angle for a table, with its digits kept at both poles,

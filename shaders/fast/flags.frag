@@ -5,8 +5,11 @@
 // rows of radius any node of the block has drops of.
 
 uniform sampler2D nodes;
-uniform vec4 tolerance;             // of the nodes' first channel a share of it; of others absolute, or
-                                    // shares of the first one, too, where they are parts of it
+struct Tolerance {
+    Number first;                   // of the nodes' first channel, as a share of it
+    vec3 others;                    // absolute, or shares of the first one, too, where they are parts
+};                                  // of it
+uniform Tolerance tolerance;
 #if SEVERAL_RADII
 uniform sampler2D hats;             // groups side by side, as fast/sun/hats.frag puts them
 uniform float leastShare;           // of a block's weight that a group must have to count
@@ -33,7 +36,7 @@ void main() {
 #else
     error.x /= max(level, 1.0e-30);
 #endif
-    bool rough = most > 0.0 && any(greaterThan(error, tolerance));
+    bool rough = most > 0.0 && any(greaterThan(error, vec4(tolerance.first, tolerance.others)));
     // Pixels between nodes that all miss may hit a thin part of the rain.
     bool edge = least < 0.0;
     flag = vec4(edge || rough ? 1.0 : 0.0, 0.0, 0.0, 0.0);

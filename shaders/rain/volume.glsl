@@ -6,10 +6,15 @@
 struct Volume {
     Position low;
     Position high;
-    NumberDensity density;
+#if ONE_RADIUS || !GRID
     Length radius;         // of drops that are all alike
+#endif
+#if !GRID
+    NumberDensity density;
+#if EXTINCTION
     Number extinction;     // 1/m
-#if GRID
+#endif
+#else
     sampler3D moments;
 #if EXTINCTION
     sampler3D toLights;    // mean extinction towards each light

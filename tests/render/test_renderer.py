@@ -5,11 +5,11 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 import pytest
-from rtbow.render.spectral.method import strips
 
 import rtbow
 import rtbow.render.spectral.method
 from rtbow.render.renderer import Renderer
+from rtbow.render.spectral.method import strips
 
 SMALL = {"camera.size_px": [32, 18]}
 

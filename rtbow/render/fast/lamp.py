@@ -85,6 +85,9 @@ class LampPlan:
         return {
             **light_defines(self.plan, degree=self.degree, rain=self.light.basis.rain),
             "NEAREST_M": NEAREST_M,
+            "SUN": False,
+            "NEAR_AIR": False,
+            "SHADOW": False,
             "LAMP_COUNT": 1,
             "LAMP_DISC": self.lamp.radius_m > 0.0,
             "BLOCKS": self.block > 0,
@@ -214,12 +217,14 @@ class FastLamp:
         textures = row_texture(self._gl, table.values), row_texture(self._gl, running)
         per_fold = (_DISC_ROWS - 2) / float(np.log(_MOST_RATIO / first))
         for program in self.marching:
-            program.bind("colours", textures[0])
-            program.bind("runningColours", textures[1])
-            program.set("discRows", (float(np.log(first)), per_fold))
-            program.set("chordAxis", (table.first, table.per_chord))
+            program.bind("scene.table.values", textures[0])
+            program.bind("scene.running", textures[1])
+            program.set("scene.discs.first", float(np.log(first)))
+            program.set("scene.discs.perFold", per_fold)
+            program.set("scene.table.first", table.first)
+            program.set("scene.table.perChord", table.per_chord)
             if self._drops is not None:
-                program.bind("dropletMoments", self._drops)
+                program.bind("volume.moments", self._drops)
         bind_rain(self._gl, self.marching, lamp, self.plan.plan.world)
         check_loops(self.plan.plan, 2)
 
@@ -231,9 +236,10 @@ class FastLamp:
         many = world.fineness.steps or int(np.ceil(steps))
         for program in self.marching:
             set_scene(program, plan, self._grey)
-            program.set("lampSphere", (*(lamp.position_m - world.view.eye_m), lamp.radius_m))
-            program.set("columnReach", column.reach)
-            program.set("middleAir", column.middle)
+            program.set("scene.lamp.centre", tuple(lamp.position_m - world.view.eye_m))
+            program.set("scene.lamp.radius", lamp.radius_m)
+            program.set("air.reach", column.reach)
+            program.set("air.middle", column.middle)
             program.set("fewSteps", _FEW_STEPS if self.plan.block else many)
             program.set("manySteps", many)
 
@@ -244,7 +250,8 @@ class FastLamp:
             program.bind("nodes", self._nodes.values)
         self._compose.bind("flags", self._nodes.flags)
         bend = plan.settings.lamp_bend
-        self._flags.set("tolerance", (1e30, bend, bend, bend))
+        self._flags.set("tolerance.first", 1e30)
+        self._flags.set("tolerance.others", (bend, bend, bend))
         for program in (self._compose, self._node):
             program.set("blockSize", float(self._nodes.block))
 

@@ -122,15 +122,16 @@ class Plan:
         height = float(eye[2])
         uniforms = {
             **common_uniforms(world, self.box_m, self.rates),
-            "eyeAir": float(np.exp(-max(height, -1e5) / SCALE_HEIGHT_M) / SCALE_HEIGHT_M),
-            "middleRadius": self.radii.middle,
+            "air.perMetre": float(np.exp(-max(height, -1e5) / SCALE_HEIGHT_M) / SCALE_HEIGHT_M),
+            "rows.middle": self.radii.middle,
         }
         if not volume.uniform:
-            uniforms["gridLow"] = tuple(volume.box_m[0] - eye)
-            uniforms["gridPerMetre"] = tuple(1.0 / (volume.box_m[1] - volume.box_m[0]))
+            uniforms["volume.gridLow"] = tuple(volume.box_m[0] - eye)
+            uniforms["volume.gridPerMetre"] = tuple(1.0 / (volume.box_m[1] - volume.box_m[0]))
         if len(rows) > 1:
             per_fold = (len(rows) - 1) / float(rows[-1] - rows[0])
-            uniforms["radiusRows"] = (float(rows[0]) - self.radii.middle, per_fold)
+            uniforms["rows.first"] = float(rows[0]) - self.radii.middle
+            uniforms["rows.perFold"] = per_fold
         return uniforms
 
 
@@ -189,7 +190,7 @@ def light_defines(plan: Plan, *, degree: int, rain: bool) -> dict[str, Define]:
 def set_scene(program: GlProgram, plan: Plan, grey: float) -> None:
     """Set the uniforms that all programs share, and the depth per column that weights carry."""
     set_uniforms(program, plan.uniforms)
-    program.set("greyAir", grey)
+    program.set("air.grey", grey)
 
 
 def bind_rain(
@@ -203,7 +204,7 @@ def bind_rain(
         towards = mean_extinction_towards(light, volume, rain.field)
         depths = volume_texture(gl, towards[..., None])
         for program in programs:
-            program.bind("rainToLight", depths)
+            program.bind("volume.toLight", depths)
 
 
 def check_loops(plan: Plan, per_step: int) -> None:

@@ -76,7 +76,6 @@ class SunPlan:
         return {
             **light_defines(plan, degree=self.degree, rain=self.light.basis.rain),
             "SUN": True,
-            "NODES": False,
             "PARTS": False,
             "NEAR_AIR": near,
             "SHADOW": air and shadow,
@@ -192,7 +191,7 @@ class FastSun:
         self.marching = [self._compose]
         self._nodes: Nodes | None = None
         if self.plan.block:
-            self._path = GlProgram(gl, "fast/sun/node.frag", {**self._defines, "NODES": True})
+            self._path = GlProgram(gl, "fast/sun/node.frag", self._defines)
             self._flags = GlProgram(gl, "fast/flags.frag", self._defines)
             self.marching.append(self._path)
             if self.plan.groups:
@@ -200,11 +199,11 @@ class FastSun:
             self._make_nodes()
         for program in self.marching:
             if drops is not None:
-                program.bind("dropletMoments", drops)
+                program.bind("volume.moments", drops)
         if self._defines["SHADOW"]:
             column_texture = row_texture(gl, rayleigh.column_table().log_column)
             for program in self.marching:
-                program.bind("columnTable", column_texture)
+                program.bind("air.table", column_texture)
         bind_rain(gl, self.marching, sun, plan.world)
         check_loops(plan, 1 + self.plan.groups)
         self._place(*table)
@@ -243,15 +242,17 @@ class FastSun:
         sun, columns = self.plan.sun, self.plan.columns
         self.table = table
         for program in self.marching:
-            program.bind("colours", texture)
+            program.bind("table.values", texture)
             set_scene(program, self.plan.plan, self.plan.grey)
-            program.set("columnReach", columns.column.reach)
+            program.set("air.reach", columns.column.reach)
             program.set("sunDirection", tuple(sun.direction))
             middle = columns.column.middle
             if columns.cubic is not None:
-                program.set("sunCubic", (columns.cubic[0] - middle, *columns.cubic[1:]))
-            program.set("sunShadow", (sun.altitude_rad, middle))
-            program.set("chordAxis", (table.first, table.per_chord))
+                program.set("air.sunward", (columns.cubic[0] - middle, *columns.cubic[1:]))
+            program.set("air.sunAltitude", sun.altitude_rad)
+            program.set("air.middle", middle)
+            program.set("table.first", table.first)
+            program.set("table.perChord", table.per_chord)
 
     def _make_nodes(self) -> None:
         world, settings = self.plan.plan.world, self.plan.plan.settings
@@ -267,7 +268,8 @@ class FastSun:
         self._compose.bind("flags", nodes.flags)
         bend = settings.bend
         # A path's mean column and depth enter the light by far smaller shares.
-        self._flags.set("tolerance", (bend, 4.0 * bend, 10.0 * bend, 1e30))
+        self._flags.set("tolerance.first", bend)
+        self._flags.set("tolerance.others", (4.0 * bend, 10.0 * bend, 1e30))
         self._flags.set("leastShare", 1e-4)
         for program in (self._compose, self._path):
             program.set("blockSize", float(nodes.block))

@@ -1,12 +1,20 @@
-#include "fast/lamp/path.glsl"
-#include "fast/blocks.glsl"
+#include "common/box.glsl"
+#include "common/camera.glsl"
 #include "common/colour.glsl"
+#include "fast/blocks.glsl"
+#include "fast/lamp/path.glsl"
 
 // One pixel of method `fast` under one lamp: few steps along its own ray, and what they miss from the
 // nodes around it; in flagged blocks many steps.
 
+uniform Camera camera;
+uniform Volume volume;
+uniform Columns air;
+uniform RadiusRows rows;
+uniform LampScene scene;
 uniform int fewSteps;
 #if BLOCKS
+uniform float blockSize;            // pixels between nodes
 uniform int manySteps;
 uniform sampler2D nodes;
 uniform sampler2D flags;
@@ -15,17 +23,18 @@ uniform sampler2D flags;
 out vec4 radiance;
 
 void main() {
-    Direction ray = rayAt(gl_FragCoord.xy);
-    vec2 span = boxSpan(ray, boxLow, boxHigh);
+    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    vec2 span = boxSpan(ray, volume.low, volume.high);
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
-    if (span.x < span.y) {
-        int steps = fewSteps;
-        Tristimulus rest = vec3(0.0);
+    if (span.x >= span.y) return;
+    int steps = fewSteps;
+    Tristimulus rest = vec3(0.0);
 #if BLOCKS
-        bool flagged = texelFetch(flags, blockOf(gl_FragCoord.xy), 0).r > 0.5;
-        if (flagged) steps = manySteps;
-        else rest = textureLod(nodes, nodePlace(gl_FragCoord.xy, nodes), 0.0).gba;
+    bool flagged = texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0).r > 0.5;
+    if (flagged) steps = manySteps;
+    else rest = textureLod(nodes, nodePlace(gl_FragCoord.xy, blockSize, nodes), 0.0).gba;
 #endif
-        radiance.rgb = xyzToRgb(marchLamp(ray, span, steps) + rest);
-    }
+    Number perpendicular = shareAcross(camera, scene.lamp.centre, ray);
+    radiance.rgb = xyzToRgb(
+        marchLamp(ray, span, steps, scene, volume, air, rows, perpendicular) + rest);
 }

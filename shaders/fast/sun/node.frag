@@ -1,7 +1,20 @@
-#include "fast/sun/path.glsl"
+#include "common/box.glsl"
+#include "common/camera.glsl"
 #include "fast/blocks.glsl"
+#include "fast/sun/row_weights.glsl"
+#include "fast/sun/path.glsl"
 
 // A node of method `fast`: what its ray gathers for one sun.
+
+uniform Camera camera;
+uniform Volume volume;
+uniform March march;
+uniform Columns air;
+uniform RadiusRows rows;
+uniform ColourTable table;          // never read: nodes keep weights
+uniform vec3 sunDirection;          // towards the sun
+uniform float blockSize;            // pixels between nodes
+uniform float firstRow;             // of the rows that this pass keeps
 
 layout(location = 0) out vec4 path;
 #if SEVERAL_RADII
@@ -9,21 +22,15 @@ layout(location = 1) out vec4 hats[HAT_GROUPS];
 #endif
 
 void main() {
-    Direction ray = rayAt(nodePixel(gl_FragCoord.xy));
-    vec2 span = boxSpan(ray, boxLow, boxHigh);
+    Direction ray = rayThrough(camera, nodePixel(gl_FragCoord.xy, blockSize));
+    vec2 span = boxSpan(ray, volume.low, volume.high);
     path = vec4(MISS, 0.0, 0.0, 0.0);
-    int count = 0;
-    if (span.x < span.y) {
-        count = stepCount(span.y - span.x, ray, cellsPerMetre, airPerMetre, fixedSteps);
-    }
+    int count = span.x < span.y ? stepCount(span.y - span.x, ray, march) : 0;
+    Gathered gathered = nothingYet(firstRow);
+    SunPath found = gatherSun(ray, span, count, sunDirection, volume, air, rows, table, gathered);
 #if SEVERAL_RADII
-    Radii radii;
-    clear(radii);
-    SunPath found = gatherSun(ray, span, count, radii);
     Number perMetre = count > 0 ? 1.0 / (span.y - span.x) : 0.0;
-    for (int g = 0; g < HAT_GROUPS; ++g) hats[g] = perMetre * radii.weights[g];
-#else
-    SunPath found = gatherSun(ray, span, count);
+    for (int g = 0; g < HAT_GROUPS; ++g) hats[g] = perMetre * gathered.weights[g];
 #endif
     if (count > 0) path = vec4(found.weight, found.column, found.depth, 0.0);
 }

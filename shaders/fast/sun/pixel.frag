@@ -1,17 +1,22 @@
-#include "fast/sun/path.glsl"
-#include "fast/blocks.glsl"
-#include "fast/colours.glsl"
-#include "common/polarizer.glsl"
+#include "common/box.glsl"
+#include "common/camera.glsl"
 #include "common/colour.glsl"
+#include "fast/blocks.glsl"
+#include "fast/sun/row_light.glsl"
+#include "fast/sun/path.glsl"
 
 // One pixel of method `fast` under one sun: what its ray gathers, from the nodes around it or its own
 // march, times the colours of its own scattering angle.
 
-uniform vec2 chordAxis;             // folded chord of the table's first texel; texels per unit
-#if !SEVERAL_RADII
-uniform sampler2D colours;
-#endif
+uniform Camera camera;
+uniform Volume volume;
+uniform March march;
+uniform Columns air;
+uniform RadiusRows rows;
+uniform ColourTable table;
+uniform vec3 sunDirection;          // towards the sun
 #if BLOCKS
+uniform float blockSize;            // pixels between nodes
 uniform sampler2D nodes;
 uniform sampler2D flags;
 #if SEVERAL_RADII
@@ -24,18 +29,19 @@ uniform bool marching;              // flagged blocks march in the first pass, o
 out vec4 radiance;
 
 #if BLOCKS && SEVERAL_RADII
-// Sum over the groups of rows that the block has drops of: light per metre.
-Tristimulus hatLight(Number texel, Number perpendicular, vec2 groups) {
+// Sum over the groups of rows that the block has drops of: light per metre. `place`: of the pixel
+// among the nodes, whose groups lie above each other in `hats`.
+Tristimulus hatLight(sampler2D hats, vec2 place, Number firstRow, vec2 groups, ColourTable table,
+                     Number texel, Number perpendicular) {
     vec2 size = vec2(textureSize(hats, 0));
-    float rows = size.y / float(HAT_GROUPS);
-    vec2 at = gl_FragCoord.xy / blockSize + 1.5;
+    float height = size.y / float(HAT_GROUPS);
     Tristimulus light = vec3(0.0);
     float g = groups.x;
     do {
-        vec4 weight = textureLod(hats, (at + vec2(0.0, g * rows)) / size, 0.0);
-        Number row = hatRow + 4.0 * g;
+        vec4 weight = textureLod(hats, (place + vec2(0.0, g * height)) / size, 0.0);
+        Number row = firstRow + 4.0 * g;
         for (int k = 0; k < 4; ++k) {
-            light += weight[k] * colourOf(colours, texel, row + float(k), perpendicular);
+            light += weight[k] * colourOf(table.values, texel, row + float(k), perpendicular);
         }
         g += 1.0;
     } while (g <= groups.y);
@@ -44,58 +50,52 @@ Tristimulus hatLight(Number texel, Number perpendicular, vec2 groups) {
 #endif
 
 void main() {
-    Direction ray = rayAt(gl_FragCoord.xy);
-    vec2 span = boxSpan(ray, boxLow, boxHigh);
+    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    vec2 span = boxSpan(ray, volume.low, volume.high);
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
-    if (span.x < span.y) {
-        Number texel = (foldedChord(sunDirection, ray) - chordAxis.x) * chordAxis.y;
-#if POLARIZER
-        Number perpendicular = perpendicularShare(sunDirection, ray, polarizerPass);
-#else
-        Number perpendicular = 0.5;
-#endif
-        Length along = span.y - span.x;
+    if (span.x >= span.y) return;
+    Number texel = texelOf(table, foldedChord(sunDirection, ray));
+    Number perpendicular = shareAcross(camera, sunDirection, ray);
+    Length along = span.y - span.x;
 #if DIRECT == 1
-        // Even drops in clear space: no march.
-        SunPath path = SunPath(uniformDensity, 0.0, 0.0);
+    // Even drops in clear space: no march.
+    SunPath path = SunPath(volume.density, 0.0, 0.0);
 #else
 #if DIRECT
-        int count = DIRECT;
+    int count = DIRECT;
 #else
-        int count = stepCount(along, ray, cellsPerMetre, airPerMetre, fixedSteps);
+    int count = stepCount(along, ray, march);
 #endif
 #if BLOCKS
-        vec4 flag = texelFetch(flags, blockOf(gl_FragCoord.xy), 0);
-        bool flagged = flag.r > 0.5;
-        if (!flagged) count = 0;
-#endif
+    vec4 flag = texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0);
+    bool flagged = flag.r > 0.5;
+    if (!flagged) count = 0;
 #if SEVERAL_RADII
-        Radii radii = Radii(texel, perpendicular, vec3(0.0));
-#if BLOCKS
-        if (!marching) count = 0;
-#endif
-        SunPath path = gatherSun(ray, span, count, radii);
-        Tristimulus light = radii.light;
-#else
-        SunPath path = gatherSun(ray, span, count);
+    if (!marching) count = 0;
 #endif
 #endif
-#if BLOCKS
-        if (!flagged) {
-            vec4 between = textureLod(nodes, nodePlace(gl_FragCoord.xy, nodes), 0.0);
-            path = SunPath(between.x, between.y, between.z);
+    Gathered gathered = Gathered(texel, perpendicular, vec3(0.0));
+    SunPath path = gatherSun(ray, span, count, sunDirection, volume, air, rows, table, gathered);
 #if SEVERAL_RADII
-            light = along * hatLight(texel, perpendicular, 255.0 * flag.gb);
+    Tristimulus light = gathered.light;
 #endif
-        }
+#endif
+#if BLOCKS
+    if (!flagged) {
+        vec4 between = textureLod(nodes, nodePlace(gl_FragCoord.xy, blockSize, nodes), 0.0);
+        path = SunPath(between.x, between.y, between.z);
+#if SEVERAL_RADII
+        light = along * hatLight(hats, gl_FragCoord.xy / blockSize + 1.5, hatRow, 255.0 * flag.gb,
+                                 table, texel, perpendicular);
+#endif
+    }
 #endif
 #if !SEVERAL_RADII
-        Tristimulus light = path.weight * along * colourOf(colours, texel, 0.0, perpendicular);
+    Tristimulus light = path.weight * along * colourOf(table.values, texel, 0.0, perpendicular);
 #endif
 #if AIR
-        // Beyond the tables' columns there is no light to colour, and no polynomial to trust.
-        path.column = clamp(path.column, -columnReach, columnReach);
+    // Beyond the tables' columns there is no light to colour, and no polynomial to trust.
+    path.column = clamp(path.column, -air.reach, air.reach);
 #endif
-        radiance.rgb = xyzToRgb(light * fallOff(colours, texel, path.column, path.depth));
-    }
+    radiance.rgb = xyzToRgb(light * fallOff(table.values, texel, path.column, path.depth));
 }

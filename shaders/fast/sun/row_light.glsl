@@ -1,0 +1,18 @@
+#include "common/definitions.glsl"
+#include "fast/colours.glsl"
+
+// Where drops differ in size, a ray's light is a sum over rows of radius: each drop counts at its two
+// neighbours among the rows, linearly; the rows are fitted to all radii between them
+// (rtbow/render/colours/table.py). A pixel keeps the light that they come to.
+
+struct Gathered {
+    Number texel;          // of the pixel's scattering angle along the table
+    Number perpendicular;
+    Tristimulus light;
+};
+
+#if SEVERAL_RADII
+void gatherRow(inout Gathered gathered, ColourTable table, Number reach, Number row) {
+    gathered.light += reach * colourOf(table.values, gathered.texel, row, gathered.perpendicular);
+}
+#endif
