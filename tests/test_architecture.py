@@ -1,6 +1,7 @@
 """The layout's own rules: imports run one way, folders are small, no name repeats its folder."""
 
 import ast
+import re
 from functools import cache
 from pathlib import Path
 
@@ -144,4 +145,15 @@ def test_no_name_repeats_its_folders(kind):
         for path in files
         if path.stem.removeprefix("test_").startswith(f"{folder.name}_")
     ]
+    assert not wrong
+
+
+def test_shaders_have_uniforms_in_mains_alone():
+    """Functions take what they read as arguments, so that each can be drawn by itself in a test."""
+    mains = {"spectral/pixel.glsl"}  # of two files that differ in the theory before it
+    wrong = []
+    for path in (ROOT / "shaders").rglob("*.glsl"):
+        name = str(path.relative_to(ROOT / "shaders"))
+        if name not in mains and re.search(r"^\s*uniform\s", path.read_text("utf-8"), re.MULTILINE):
+            wrong.append(name)
     assert not wrong

@@ -79,7 +79,8 @@ def probe(
             vec2 … vec4 with the case's value.
         defines: as for ``load_program_source``.
         uniforms: name to bool, int, float, a sequence of 2 to 4 floats, or a square matrix of 2
-            to 4 rows. Declared here, unless the preamble does.
+            to 4 rows. Declared here, unless the preamble does; members of a struct, such as
+            ``air.grey``, are the preamble's.
         textures: name to texture; the sampler is declared here, unless the preamble does.
         preamble: GLSL before ``main``: functions, uniforms.
         directory: where the includes are; left out: the package's shaders.
@@ -102,7 +103,11 @@ def probe(
     for name, texture in textures.items():
         declared.append(f"uniform {_sampler_type(texture)} {name};")
     already = set(re.findall(r"\buniform\s+(?:\w+\s+)?\w+\s+(\w+)\s*[;\[=]", preamble))
-    declared = [line for line in declared if line.rstrip(";").split()[-1] not in already]
+    declared = [
+        line
+        for line in declared
+        if (name := line.rstrip(";").split()[-1]) not in already and "." not in name
+    ]
 
     source = assemble(
         _FRAGMENT.format(

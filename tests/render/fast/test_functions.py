@@ -142,11 +142,11 @@ class TestGatherRow:
         """Weights of all rows that a pass keeps (n, 12)."""
         found = [
             probe(
-                gl, ["fast/sun/radii.glsl"],
-                f"Radii radii; clear(radii); gatherRow(radii, reach, row); "
-                f"result = radii.weights[{group}];",
+                gl, ["fast/sun/row_weights.glsl"],
+                f"Gathered rows = nothingYet(firstRow); gatherRow(rows, table, reach, row); "
+                f"result = rows.weights[{group}];",
                 {"row": row, "reach": reach}, self.DEFINES,
-                {"firstRow": first}, preamble="// uniform float firstRow;",
+                {"firstRow": first}, preamble="uniform ColourTable table;",
             )
             for group in range(GROUPS)
         ]  # fmt: skip
@@ -163,11 +163,10 @@ class TestGatherRow:
 
     def test_drops_add_up(self, gl):
         found = probe(
-            gl, ["fast/sun/radii.glsl"],
-            "Radii radii; clear(radii); gatherRow(radii, a, 0.25); gatherRow(radii, b, 1.5);"
-            " result = radii.weights[0];",
-            {"a": [4.0], "b": [2.0]}, self.DEFINES, {"firstRow": 0.0},
-            preamble="// uniform float firstRow;",
+            gl, ["fast/sun/row_weights.glsl"],
+            "Gathered rows = nothingYet(0.0); gatherRow(rows, table, a, 0.25);"
+            " gatherRow(rows, table, b, 1.5); result = rows.weights[0];",
+            {"a": [4.0], "b": [2.0]}, self.DEFINES, preamble="uniform ColourTable table;",
         )  # fmt: skip
         np.testing.assert_allclose(found[0], [3.0, 2.0, 1.0, 0.0])
 
@@ -261,14 +260,14 @@ class TestColumn:
 
     def columns(self, gl, eye, ray, distance, near):
         names = {
-            "eyeHeight": eye,
-            "eyeAir": float(rayleigh.segment_column(eye, 0.0, 1.0)),
-            "sunCubic": self.CUBIC,
+            "air.eyeHeight": eye,
+            "air.perMetre": float(rayleigh.segment_column(eye, 0.0, 1.0)),
+            "air.sunward": self.CUBIC,
         }
-        known = "// uniform float eyeHeight; uniform float eyeAir; uniform vec4 sunCubic;"
         return probe(
-            gl, ["fast/sun/path.glsl"], "columnAt(distance * ray, ray, distance)",
-            {"ray": ray, "distance": distance}, {**PATH, "NEAR_AIR": near}, names, preamble=known,
+            gl, ["fast/air.glsl"], "columnAt(air, distance * ray, ray, distance)",
+            {"ray": ray, "distance": distance}, {**PATH, "NEAR_AIR": near}, names,
+            preamble="uniform Columns air;",
         )[:, 0]  # fmt: skip
 
     @pytest.mark.parametrize("eye", [0.0, 1.6, 2000.0])
@@ -295,8 +294,8 @@ class TestColumn:
     def test_what_the_grey_part_leaves(self, gl, near):
         column = rounded(np.linspace(-2.0, 2.0, 401))
         got = probe(
-            gl, ["fast/sun/path.glsl"], "greyLeft(column)", {"column": column},
-            {**PATH, "NEAR_AIR": near}, {"greyAir": 0.15}, preamble="// uniform float greyAir;",
+            gl, ["fast/air.glsl"], "greyLeft(air, column)", {"column": column},
+            {**PATH, "NEAR_AIR": near}, {"air.grey": 0.15}, preamble="uniform Columns air;",
         )[:, 0]  # fmt: skip
         # A depth of 0.3 at most, whose fifth power over 120 is left out.
         np.testing.assert_allclose(got, np.exp(-0.15 * column), rtol=3e-5 if near else 1.5e-6)

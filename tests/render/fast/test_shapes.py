@@ -104,7 +104,7 @@ def programs(context, monkeypatch, tmp_path) -> Callable[..., list[Made]]:
     ) -> list[Made]:
         made.clear()
         with context.current():
-            method(context, make(tmp_path, light, **switches)).draw()
+            method(context, resolve(make(tmp_path, light, **switches))).draw()
         return [one for one in made if one.fragment != "fast/bake.frag"]
 
     return programs_of
@@ -195,7 +195,7 @@ def test_every_shape_under_a_sun_compiles(context, programs):
         if shape["BLOCKS"]:
             # What these have no use for is left at one value: fewer that are truly different.
             plain = {"POLARIZER": False, "COMPONENTS": 1, "RAIN_COLOUR": False, "COLUMN_DEGREE": 0}
-            path = {**whole, **plain, "NODES": True}
+            path = {**whole, **plain}
             shapes.add(("fast/sun/node.frag", tuple(path.items())))
             if shape["HAT_GROUPS"]:
                 some = {"HAT_GROUPS": shape["HAT_GROUPS"]}
@@ -249,14 +249,16 @@ def test_every_shape_of_the_bake_compiles(context, monkeypatch, tmp_path):
 
 # --- What a scene does not use ----------------------------------------------------------------
 
+# What a program passes on counts as used as a whole: the members of these structs that every
+# scene has ("air.eyeHeight", "rows.middle") say nothing.
 AIR_NAMES = {
-    "eyeHeight", "eyeAir", "greyAir", "sunCubic", "sunShadow", "columnTable", "middleAir",
-    "columnReach",
+    "air.perMetre", "air.grey", "air.sunward", "air.sunAltitude", "air.table", "air.middle",
+    "air.reach",
 }  # fmt: skip
-RADII_NAMES = {"hats", "hats0", "radiusRows", "middleRadius", "firstRow", "leastShare", "hatRow"}
-GRID_NAMES = {"dropletMoments", "gridLow", "gridPerMetre", "rainToLight"}
-NODE_NAMES = {"nodes", "flags", "tolerance", "manySteps"}
-RAIN_NAMES = {"rainToLight", "uniformExtinction"}
+RADII_NAMES = {"hats", "hats0", "rows.first", "rows.perFold", "leastShare", "hatRow"}
+GRID_NAMES = {"volume.moments", "volume.gridLow", "volume.gridPerMetre", "volume.toLight"}
+NODE_NAMES = {"nodes", "flags", "tolerance.first", "manySteps"}
+RAIN_NAMES = {"volume.toLight", "volume.extinction"}
 BY_LIGHT = [("sun", SUN), ("lamp", LAMP), ("point", POINT)]
 by_light = pytest.mark.parametrize("light", [light for _, light in BY_LIGHT],
                                    ids=[name for name, _ in BY_LIGHT])  # fmt: skip
@@ -267,59 +269,60 @@ def test_an_even_volume_has_neither_grid_nor_nodes(programs, light):
     made = programs(light)
     assert len(made) == 1
     unused = AIR_NAMES | RADII_NAMES | GRID_NAMES | NODE_NAMES | RAIN_NAMES
-    unused |= {"polarizerPass", "cellsPerMetre", "airPerMetre", "fixedSteps"}
+    unused |= {"camera.pass", "march.cellsPerMetre", "march.airPerMetre", "march.fixedSteps"}
     assert not names_of(made) & unused
-    assert "uniformDensity" in names_of(made)
+    assert "volume.density" in names_of(made)
 
 
 @by_light
 @pytest.mark.parametrize("grid", [False, True])
 def test_air(programs, light, grid):
     assert not names_of(programs(light, grid=grid)) & AIR_NAMES
-    wanted = {"eyeHeight", "greyAir"} | ({"sunCubic", "eyeAir"} if light is SUN else {"middleAir"})
+    wanted = {"air.eyeHeight", "air.grey"}
+    wanted |= {"air.sunward", "air.perMetre"} if light is SUN else {"air.middle"}
     assert names_of(programs(light, grid=grid, air=True)) >= wanted
 
 
 def test_a_sun_that_stands_high_has_no_table_of_columns(programs):
-    assert not names_of(programs(air=True)) & {"columnTable", "sunShadow"}
+    assert not names_of(programs(air=True)) & {"air.table", "air.sunAltitude"}
     low = names_of(programs(SUN | {"altitude_deg": -0.1}, air=True))
-    assert low >= {"columnTable", "sunShadow"}
-    assert "sunCubic" not in low
+    assert low >= {"air.table", "air.sunAltitude"}
+    assert "air.sunward" not in low
 
 
 @by_light
 def test_radii(programs, light):
     one = names_of(programs(light, grid=True))
     assert not one & RADII_NAMES
-    assert one >= {"dropletMoments", "nodes", "flags"}
-    assert "uniformDensity" not in one
-    wanted = {"middleRadius", "radiusRows"} | ({"hats", "firstRow"} if light is SUN else set())
+    assert one >= {"volume.moments", "nodes", "flags"}
+    assert "volume.density" not in one
+    wanted = {"rows.middle", "rows.first"} | ({"hats", "firstRow"} if light is SUN else set())
     assert names_of(programs(light, several=True)) >= wanted
 
 
 @by_light
 @pytest.mark.parametrize("grid", [False, True])
 def test_polarizer(programs, light, grid):
-    assert "polarizerPass" not in names_of(programs(light, grid=grid))
-    assert "polarizerPass" in names_of(programs(light, grid=grid, polarizer=True))
+    assert "camera.pass" not in names_of(programs(light, grid=grid))
+    assert "camera.pass" in names_of(programs(light, grid=grid, polarizer=True))
 
 
 @by_light
 def test_rain_that_does_not_dim(programs, light):
     assert not names_of(programs(light, grid=True)) & RAIN_NAMES
     grid = names_of(programs(light, grid=True, rain=True))
-    assert "rainToLight" in grid
-    assert "uniformExtinction" not in grid
+    assert "volume.toLight" in grid
+    assert "volume.extinction" not in grid
     even = names_of(programs(light, rain=True))
-    assert "uniformExtinction" in even
+    assert "volume.extinction" in even
     assert not even & GRID_NAMES
 
 
 def test_a_point_lamp_has_no_disc(programs):
-    assert "discRows" not in names_of(programs(POINT))
-    assert "discRows" in names_of(programs(LAMP))
+    assert "scene.discs.first" not in names_of(programs(POINT))
+    assert "scene.discs.first" in names_of(programs(LAMP))
     # Of several radii each has its own rows, averaged in place.
-    assert "discRows" not in names_of(programs(LAMP, several=True))
+    assert "scene.discs.first" not in names_of(programs(LAMP, several=True))
 
 
 @by_light
@@ -344,24 +347,21 @@ def spectral_names(programs: Callable[..., list[Made]], light: Switches, **switc
 @by_light
 def test_spectral_programs_have_nothing_unused(programs, light):
     plain = spectral_names(programs, light)
-    unused = {"eyeHeight", "columnTable", "polarizerPass", "dropletMoments", "rainToLights"}
-    assert not plain & (unused | {"uniformExtinction", "sectionTable", "lampTable"})
+    unused = {"camera.pass", "volume.moments", "volume.toLights", "volume.extinction"}
+    assert not plain & (unused | {"sunTheory.sections", "lampTheory.sections"})
     if light is SUN:
-        assert not plain & {"lampSphere", "lampSteps"}
+        assert not plain & {"lamps[0].centre", "lampSteps"}
     else:
-        assert not plain & {"sunDirection", "sunShape"}
-    assert "eyeHeight" in spectral_names(programs, light, air=True)
-    assert "polarizerPass" in spectral_names(programs, light, polarizer=True)
+        assert not plain & {"suns[0].towards", "air.columns"}
+    assert "camera.pass" in spectral_names(programs, light, polarizer=True)
     grid = spectral_names(programs, light, several=True)
-    assert "dropletMoments" in grid
-    assert not grid & {"uniformDensity", "oneRadius", "rainToLights"}
-    assert "rainToLights" in spectral_names(programs, light, grid=True, rain=True)
-    assert "uniformExtinction" in spectral_names(programs, light, rain=True)
+    assert "volume.moments" in grid
+    assert not grid & {"volume.density", "volume.radius", "volume.toLights"}
+    assert "volume.toLights" in spectral_names(programs, light, grid=True, rain=True)
+    assert "volume.extinction" in spectral_names(programs, light, rain=True)
 
 
-def test_spectral_lights_without_a_disc_have_no_tables_of_it(programs):
-    point = SUN | {"angular_diameter_deg": 0.0}
-    for light in (point, POINT):
-        names = spectral_names(programs, light)
-        assert not names & {"airyFringeTable", "airyPoleTable"} or light is POINT
-    assert "airyFringeTable" in spectral_names(programs, SUN)
+def test_spectral_lights_without_a_disc_read_no_tables_of_it(programs):
+    for light, disc in ((SUN | {"angular_diameter_deg": 0.0}, False), (SUN, True)):
+        (made,) = programs(light, SpectralMethod)
+        assert ("sunTheory.fringe" in made.program.textures) is disc
