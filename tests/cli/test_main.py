@@ -349,7 +349,7 @@ def test_wrong_settings(call, tmp_path, no_rendering, setting, words):
 
 LAMP = '[[light]]\ntype = "point"'
 WRONG_SCENES = [
-    ("camera {", "line 1, column 8: not valid TOML"),
+    ("camera {", "not valid TOML: Expected '='", "(at line 1, column 8)"),
     (UNIFORM.replace("radius_um", "radius_mm"), "did you mean droplets.radius.radius_um?"),
     (UNIFORM.replace("azimuth_deg = 0.0", 'azimuth_deg = "north"'), '"north"; must be a number'),
     (UNIFORM.replace("300.0", "-3"), "droplets.radius.radius_um = -3; must be 1..5000"),
@@ -359,24 +359,16 @@ WRONG_SCENES = [
     (f"{UNIFORM}[compare]", "compare.right is missing; give a table of scene keys and values"),
     (f"{UNIFORM}[compare.right.camera]\nfov = 5", "compare.right.camera.fov: unknown key"),
     (UNIFORM.replace("[[light]]", "[light]"), "[[light]], in double brackets"),
-    (
-        UNIFORM.replace("[[light]]", "[light]") + "[light]\n",
-        "table [light] is given twice; write [[light]], in double brackets, for each",
-    ),
-    (f"{UNIFORM} [light] # one more\n", "write [[light]], in double brackets, for each"),
-    (
-        f"{UNIFORM.replace('[[light]]', '[light]')}[[light]]\n",
-        "write [[light]], in double brackets, for each",
-    ),
+    (f"{UNIFORM} [light] # one more\n", "(at line ", "write [[light]], in double brackets, for each"),
     (f'{UNIFORM}[scattering]\ntheory = "ray"', 'must be one of "airy", "mie"'),
     (f"{UNIFORM}\0", "not valid TOML"),
 ]
 
 
-@pytest.mark.parametrize(("text", "words"), WRONG_SCENES)
+@pytest.mark.parametrize(("text", "words"), [(text, words) for text, *words in WRONG_SCENES])
 def test_wrong_scenes(call, tmp_path, no_rendering, text, words):
     (tmp_path / "rain.toml").write_text(text, "utf-8")
-    assert_refused(call("render", "rain.toml", "-o", "x.exr"), "rain.toml: ", words)
+    assert_refused(call("render", "rain.toml", "-o", "x.exr"), "rain.toml: ", *words)
     assert list(contents(tmp_path)) == ["rain.toml"]
 
 

@@ -31,13 +31,13 @@ number_per_m3 = 1000.0
 FROM_FILE = '[[light]]\n[droplets]\nfile = "shower.npz"\n'
 
 
-_PLACE = re.compile(r"(?m)^storm\.toml: line ([0-9]+): (?!not valid|is not)")
+_PLACE = re.compile(r"(?m)^storm\.toml: line ([0-9]+): (?!is not)")
 
 
 def problems(text: str, overrides: Mapping[str, object] | None = None) -> list[str]:
     """Return the lines of the message about a wrong scene called ``storm.toml``.
 
-    Where it tells of a value, the line's number is left out, which other tests look at.
+    The line's number in front of a value is left out; other tests look at it.
     """
     with pytest.raises(InputError) as caught:
         scene_from_text(text, "storm.toml", overrides=overrides)

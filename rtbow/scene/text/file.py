@@ -13,7 +13,7 @@ from rtbow.base.resources import resource_dir
 from rtbow.scene.model import Scene
 from rtbow.scene.text.lines import Lines
 from rtbow.scene.text.overrides import plain
-from rtbow.scene.text.schema import node_at, toml_text
+from rtbow.scene.text.schema import toml_text
 from rtbow.scene.text.values import resolve_paths, scene_from_values
 
 DEFAULT_SCENE = "default"
@@ -173,51 +173,17 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        reason, line, column = "lists or tables are nested too deeply", 0, 0
-    except ValueError as error:
-        known = isinstance(error, tomllib.TOMLDecodeError)
-        reason, line, column = str(error) if known else "a number has too many digits", 0, 0
-        place = re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)$", reason)
-        if place:
-            reason = reason[: place.start()]
-            if place[1]:
-                line, column = int(place[1]), int(place[2])
-            else:
-                line, column = text.count("\n") + 1, len(text) - text.rfind("\n")
-        twice, hint = _given_twice(reason, text, line), _brackets_hint(text, line)
-        reason = f"{twice or reason}{hint or ('; keep one' if twice else '')}"
-    where = f"line {line}, column {column}: " if line else ""
-    raise InputError(f"{name}: {where}not valid TOML: {reason}") from None
+        reason = "lists or tables are nested too deeply"
+    except tomllib.TOMLDecodeError as error:
+        reason = f"{error}{_light_remedy(text)}"
+    except ValueError:  # Python's, who reads no more than 4300 digits
+        reason = "a number has too many digits"
+    raise InputError(f"{name}: not valid TOML: {reason}") from None
 
 
-_TWICE = re.compile(
-    r"Cannot (?:overwrite a value|declare .* twice|mutate immutable namespace .*)"
-    r"|Duplicate inline table key (?P<key>.*)"
-)
-_STATEMENT = re.compile(r"\s*(?:\[\[?\s*(?P<table>[^\[\]]+?)\s*\]|(?P<key>[^\[\]{}=#]+?)\s*=)")
-
-
-def _given_twice(reason: str, text: str, line: int) -> str:
-    """Say so where that is what TOML's reader means; else nothing."""
-    twice = _TWICE.fullmatch(reason)
-    if twice is None:
-        return ""
-    statement = text.split("\n")[line - 1] if line else ""
-    here = _STATEMENT.match(statement)
-    if twice["key"]:
-        what = f"key {twice['key']}"
-    elif here is None or "{" in statement:  # which may be one inside these
-        what = "a key"
-    else:
-        what = f"table [{here['table']}]" if here["table"] else f"key {here['key']}"
-    return f"{what} is given twice"
-
-
-def _brackets_hint(text: str, line: int) -> str:
-    """Give the remedy where TOML refuses a second table of a list that has single brackets."""
-    header = re.match(r"\s*\[\[?\s*([\w.]+)\s*\]", text.split("\n")[line - 1]) if line else None
-    node = node_at(header[1]) if header else None
-    item = node.child(0) if node is not None else None
-    if header is None or item is None or not item.models:
-        return ""
-    return f"; write [[{header[1]}]], in double brackets, for each"
+def _light_remedy(text: str) -> str:
+    """Give the remedy for several lights in single brackets, which TOML always refuses."""
+    heads = re.findall(r"(?m)^\s*(\[\[?light\]\]?)", text)
+    if len(heads) > 1 and "[light]" in heads:
+        return "; write [[light]], in double brackets, for each light"
+    return ""

@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import tomli_w
 from pydantic import ValidationError
 
 from rtbow.base.errors import InputError
@@ -54,14 +53,28 @@ def changed_scene(scene: Scene, changes: Mapping[str, object]) -> Scene:
     return made.with_source(scene.source_text, scene.source_name)
 
 
-def values_of(scene: Scene) -> dict[str, Any]:
-    """Give all of a scene's values as TOML would: defaults filled in, what is left out left out."""
+def values_of(scene: Scene, folder: Path | None = None) -> dict[str, Any]:
+    """Return all values of a scene as TOML would give them.
+
+    Defaults are filled in; what is None is left out.
+
+    Args:
+        scene: the scene.
+        folder: paths of files inside it become relative to it; None leaves all absolute.
+    """
     values: dict[str, Any] = plain(scene.model_dump(exclude_none=True))
     if scene.compare is not None:
         values["compare"]["right"] = {
             key: toml_text(None) if value is None else value
             for key, value in values["compare"]["right"].items()
         }
+    if folder is not None:
+        root = folder.resolve()
+
+        def relative(path: str) -> str:
+            return Path(path).relative_to(root).as_posix() if root in Path(path).parents else path
+
+        _with_paths(values, relative)
     return values
 
 
@@ -70,23 +83,11 @@ def scene_text(scene: Scene, folder: Path | None = None) -> str:
 
     Args:
         scene: the scene.
-        folder: where the file will lie: paths of files in it are written relative to it.
+        folder: of the file; paths inside it are written relative to it.
     """
-    values = values_of(scene)
-    if folder is not None:
-        _relative_paths(values, folder.resolve())
-    return _on_one_line(tomli_w.dumps(values))
+    import tomlkit  # drawing a scene needs no writer, which takes long to import
 
-
-_NUMBERS = re.compile(r"\[\n([^\[\]\"'{}=]*?),?\n *\]")
-_LISTS = re.compile(r"\[\n((?: *\[[^\[\]\n\"'{}=]*\],?\n)+) *\]")
-
-
-def _on_one_line(text: str) -> str:
-    """Put lists of numbers, and lists of these, on one line each, as people write them."""
-    for pattern in (_NUMBERS, _LISTS):
-        text = pattern.sub(lambda found: f"[{' '.join(found[1].split()).rstrip(',')}]", text)
-    return text
+    return tomlkit.dumps(values_of(scene, folder))
 
 
 def differences(origin: Scene, scene: Scene) -> dict[str, Any]:
@@ -111,13 +112,6 @@ def _differing(before: Any, after: Any, place: str) -> Iterator[tuple[str, Any]]
             yield from _differing(one, other, f"light.{number}")
     elif before != after:
         yield place, after
-
-
-def _relative_paths(values: dict[str, Any], folder: Path) -> None:
-    def near(path: str) -> str:
-        return Path(path).relative_to(folder).as_posix() if folder in Path(path).parents else path
-
-    _with_paths(values, near)
 
 
 def resolve_paths(values: dict[str, Any], folder: Path) -> None:

@@ -11,7 +11,7 @@ from tomlkit.items import InlineTable
 
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
-from rtbow.scene.text.values import scene_text
+from rtbow.scene.text.values import values_of
 
 
 def rewritten(text: str, scene: Scene, folder: Path) -> str | None:
@@ -26,10 +26,9 @@ def rewritten(text: str, scene: Scene, folder: Path) -> str | None:
         Text that reads as an equal scene; None where that cannot be had by replacing values.
     """
     try:
-        before = tomlkit.parse(scene_text(scene_from_text(text, folder=folder), folder)).unwrap()
-        wanted = tomlkit.parse(scene_text(scene, folder)).unwrap()
+        before = scene_from_text(text, folder=folder)
         document = tomlkit.parse(text)
-        _merge(document, before, wanted)
+        _merge(document, values_of(before, folder), values_of(scene, folder))
         found = tomlkit.dumps(document)
         same = scene_from_text(found, folder=folder) == scene
     except Exception:  # whatever it is: a scene can be written out whole, and has to be saved

@@ -115,3 +115,21 @@ def test_what_the_right_part_leaves_out_is_kept():
     assert again.parts()[1][0] == scene.parts()[1][0]
     typed = [f"{key}={toml_text(value)}" for key, value in differences(load_scene(), scene).items()]
     assert changed_scene(load_scene(), dict(map(parse_set, typed))).parts()[1][0].atmosphere is None
+
+
+@pytest.mark.parametrize("name", ['quote"d', "back\\slash", "tab\t", "new\nline", "\x7f", "虹 é", "'"])
+def test_any_name_of_a_file_is_kept(name):
+    scene = changed_scene(load_scene("shower"), {"droplets.file": f"/rain/{name}.npz"})
+    assert scene_from_text(scene_text(scene)) == scene
+
+
+def test_lists_of_numbers_are_written_on_one_line():
+    text = scene_text(load_scene("uniform"))
+    assert "\nbox_m = [[-1500.0, 200.0, 0.0], [1500.0, 1200.0, 1100.0]]\n" in text
+    assert "\norders = [1, 2]\n" in text
+
+
+def test_tables_are_set_apart_by_empty_lines():
+    text = scene_text(load_scene("uniform"))
+    assert all(part.startswith("[") for part in text.split("\n\n"))
+    assert text.count("\n[") == text.count("\n\n[") > 4
