@@ -10,9 +10,9 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn
+from typing import Any
 
 import click
 
@@ -26,16 +26,7 @@ from rtbow.cli.render import render
 from rtbow.cli.table import table
 from rtbow.cli.view import view
 
-if TYPE_CHECKING:
-    pass
-
-INTERRUPTED = 130  # 128 + SIGINT, as shells report it
-PIPE_CLOSED = 141  # 128 + SIGPIPE
-TERMINATED = 143  # 128 + SIGTERM
-
-_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-# Before click 8.2 a missing verb is no error.
-_NO_VERB = getattr(click.exceptions, "NoArgsIsHelpError", ())
+_TERMINATED = 128 + signal.SIGTERM  # as shells report it
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -58,9 +49,9 @@ def scenes() -> None:
     """
     from rtbow.scene.text.file import builtin_scenes, scene_title
 
-    found = builtin_scenes()
-    width = max(len(name) for name in found)
-    for name, path in found.items():
+    paths = builtin_scenes()
+    width = max(map(len, paths))
+    for name, path in paths.items():
         click.echo(f"{name:<{width}}  {scene_title(path)}")
 
 
@@ -90,17 +81,12 @@ def info() -> None:
     click.echo(f"cache: {cache_dir()}, {cache_size() / 2**20:.1f} MiB")
 
 
-rtbow.add_command(animate)
-rtbow.add_command(figures)
-rtbow.add_command(render)
-rtbow.add_command(table)
-rtbow.add_command(bench)
-rtbow.add_command(chart)
-rtbow.add_command(view)
+for _verb in (animate, bench, chart, figures, render, table, view):
+    rtbow.add_command(_verb)
 
 
 class _Terminated(SystemExit):
-    """SIGTERM came; like Ctrl-C, it is no error that anything on its way should handle."""
+    """SIGTERM came; like Ctrl-C, it is no error for others to handle."""
 
 
 @contextmanager
@@ -114,7 +100,7 @@ def _orderly_termination() -> Iterator[None]:
     def end(*_: object) -> None:
         # `timeout` sends it twice; the second one must not break off the tidying up.
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        raise _Terminated(TERMINATED)
+        raise _Terminated(_TERMINATED)
 
     signal.signal(signal.SIGTERM, end)
     try:
@@ -132,61 +118,64 @@ def main() -> None:
     try:
         with _orderly_termination():
             code = rtbow.main(prog_name="rtbow", standalone_mode=False)
-    except _Terminated:
-        _say_terminated()
-    except SystemExit as stop:  # click's answer to a reader that left, or to the shell's Tab
-        sys.exit(PIPE_CLOSED if stop.code == 1 else stop.code)
-    except _NO_VERB as error:
-        click.echo(error.format_message())
-        sys.exit(0)
-    except click.UsageError as error:
-        verb = error.ctx.command_path if error.ctx else "rtbow"
-        click.echo(f"{verb}: {error.format_message().rstrip('.')} (see {verb} --help)", err=True)
-        sys.exit(InputError.exit_code)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(InputError.exit_code)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted; nothing was left half written", err=True)
-        sys.exit(INTERRUPTED)
-    except RtbowError as error:
-        click.echo(f"rtbow: {error}", err=True)
-        sys.exit(error.exit_code)
-    except MemoryError:
-        click.echo("rtbow: not enough memory; render smaller or use a coarser volume", err=True)
-        sys.exit(UnavailableError.exit_code)
-    except OSError as error:
-        if error.errno not in _FULL:
+    except BaseException as error:
+        cause = _interruption(error) or error
+        exit_of = next((_EXITS[kind] for kind in type(cause).__mro__ if kind in _EXITS), None)
+        if exit_of is None:
             raise
-        # Files explain themselves, so what is full is where standard output goes.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python writes the rest when it exits
-        click.echo(
-            f"rtbow: standard output cannot be written: {os.strerror(error.errno)}; free some "
-            "space or send it elsewhere",
-            err=True,
-        )
-        sys.exit(InputError.exit_code)
-    except SystemError as error:
-        # Ctrl-C within compiled code: Numba's call "returned a result with an exception set".
-        if _comes_from(error, _Terminated):
-            _say_terminated()
-        if not _comes_from(error, KeyboardInterrupt):
-            raise
-        click.echo("interrupted; nothing was left half written", err=True)
-        sys.exit(INTERRUPTED)
+        code, message = exit_of(cause)
+        if message:
+            click.echo(message, err=code != 0)
     sys.exit(code if isinstance(code, int) else 0)
 
 
-def _say_terminated() -> NoReturn:
-    click.echo("terminated; nothing was left half written", err=True)
-    sys.exit(TERMINATED)
+def _interruption(error: BaseException) -> BaseException | None:
+    """Return the Ctrl-C or SIGTERM behind an error from compiled code, if there is one.
+
+    Numba's call "returned a result with an exception set", a SystemError.
+    """
+    inner: BaseException | None = error if isinstance(error, SystemError) else None
+    while inner is not None and not isinstance(inner, KeyboardInterrupt | _Terminated):
+        inner = inner.__cause__ or inner.__context__
+    return inner
 
 
-def _comes_from(error: BaseException | None, kind: type[BaseException]) -> bool:
-    """Whether an error, or what it was raised from, is of a kind."""
-    while error is not None and not isinstance(error, kind):
-        error = error.__cause__ or error.__context__
-    return error is not None
+def _usage(error: click.UsageError) -> str:
+    verb = error.ctx.command_path if error.ctx else "rtbow"
+    return f"{verb}: {error.format_message().rstrip('.')} (see {verb} --help)"
+
+
+def _full_output(error: OSError) -> tuple[int, str]:
+    """Say that standard output is full; files, when they are, explain themselves."""
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        raise error
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python writes the rest when it exits
+    return InputError.exit_code, (
+        f"rtbow: standard output cannot be written: {os.strerror(error.errno)}; free some "
+        "space or send it elsewhere"
+    )
+
+
+_INTERRUPTED = (130, "interrupted; nothing was left half written")  # 128 + SIGINT, as shells do
+
+_EXITS: dict[Any, Callable[[Any], tuple[int, str]]] = {
+    _Terminated: lambda _: (_TERMINATED, "terminated; nothing was left half written"),
+    # Raised by click: 1 where the reader of the output left, 0 in answer to the shell's Tab.
+    SystemExit: lambda error: (128 + signal.SIGPIPE if error.code == 1 else error.code, ""),
+    # Since click 8.2 a missing verb is an error.
+    getattr(click.exceptions, "NoArgsIsHelpError", None): lambda error: (0, error.format_message()),
+    click.UsageError: lambda error: (InputError.exit_code, _usage(error)),
+    click.ClickException: lambda error: (InputError.exit_code, f"rtbow: {error.format_message()}"),
+    click.Abort: lambda _: _INTERRUPTED,
+    KeyboardInterrupt: lambda _: _INTERRUPTED,
+    RtbowError: lambda error: (error.exit_code, f"rtbow: {error}"),
+    MemoryError: lambda _: (
+        UnavailableError.exit_code,
+        "rtbow: not enough memory; render smaller or use a coarser volume",
+    ),
+    OSError: _full_output,
+}
+"""Exit code and message by exception; an error of several kinds ends as the narrowest of them."""
 
 
 if __name__ == "__main__":

@@ -359,7 +359,11 @@ WRONG_SCENES = [
     (f"{UNIFORM}[compare]", "compare.right is missing; give a table of scene keys and values"),
     (f"{UNIFORM}[compare.right.camera]\nfov = 5", "compare.right.camera.fov: unknown key"),
     (UNIFORM.replace("[[light]]", "[light]"), "[[light]], in double brackets"),
-    (f"{UNIFORM} [light] # one more\n", "(at line ", "write [[light]], in double brackets, for each"),
+    (
+        f"{UNIFORM} [light] # one more\n",
+        "(at line ",
+        "write [[light]], in double brackets, for each",
+    ),
     (f'{UNIFORM}[scattering]\ntheory = "ray"', 'must be one of "airy", "mie"'),
     (f"{UNIFORM}\0", "not valid TOML"),
 ]

@@ -117,9 +117,9 @@ def test_what_the_right_part_leaves_out_is_kept():
     assert changed_scene(load_scene(), dict(map(parse_set, typed))).parts()[1][0].atmosphere is None
 
 
-@pytest.mark.parametrize("name", ['quote"d', "back\\slash", "tab\t", "new\nline", "\x7f", "虹 é", "'"])
-def test_any_name_of_a_file_is_kept(name):
-    scene = changed_scene(load_scene("shower"), {"droplets.file": f"/rain/{name}.npz"})
+@pytest.mark.parametrize("part", ['a"b', "a\\b", "a\tb", "a\nb", "\x7f", "虹 é", "'"])
+def test_any_name_of_a_file_is_kept(part):
+    scene = changed_scene(load_scene("shower"), {"droplets.file": f"/rain/{part}.npz"})
     assert scene_from_text(scene_text(scene)) == scene
 
 
