@@ -6,23 +6,18 @@ import shlex
 import sys
 from dataclasses import dataclass
 from datetime import date
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from rtbow.base.errors import InputError
 from rtbow.cli.options import (
+    Drawing,
     WholeNumber,
-    backend_option,
-    exposure_option,
-    max_delta_e_option,
-    method_option,
+    drawing_options,
     progress_bar,
     quiet_option,
     scene_argument,
-    set_option,
-    size_option,
-    typed_overrides,
 )
 
 if TYPE_CHECKING:
@@ -30,10 +25,6 @@ if TYPE_CHECKING:
     from rtbow.physics.light.sun_position import SunPosition
     from rtbow.render.renderer import Method
     from rtbow.sequence.run import Report
-
-    _SunPathType = click.ParamType["_Day"]
-else:  # generic since click 8.4 alone
-    _SunPathType = click.ParamType
 
 
 @dataclass(frozen=True)
@@ -54,20 +45,16 @@ class _Day:
             raise InputError(f"--sun-path {self.text}: {error}") from None
 
 
-class _SunPath(_SunPathType):
-    name = "LAT,LON,DATE"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> _Day:
-        """Parse ``48.1,11.6,2024-12-21``."""
-        try:
-            latitude, longitude, day = str(value).split(",")
-            return _Day(value, float(latitude), float(longitude), date.fromisoformat(day.strip()))
-        except ValueError:
-            self.fail(
-                f"{value!r} is not a place and a date; write latitude, longitude (degrees, north"
-                " and east positive) and date, such as 48.1,11.6,2024-12-21",
-                param,
-            )
+def _place_and_date(value: str) -> _Day:
+    """Read ``48.1,11.6,2024-12-21``."""
+    try:
+        latitude, longitude, day = value.split(",")
+        return _Day(value, float(latitude), float(longitude), date.fromisoformat(day.strip()))
+    except ValueError:
+        raise click.BadParameter(
+            f"{value!r} is not a place and a date; write latitude, longitude (degrees, north"
+            " and east positive) and date, such as 48.1,11.6,2024-12-21"
+        ) from None
 
 
 @click.command()
@@ -81,7 +68,7 @@ class _SunPath(_SunPathType):
 )
 @click.option(
     "--sun-path",
-    type=_SunPath(),
+    type=_place_and_date,
     metavar="LAT,LON,DATE",
     help="Move light 0, a sun, from sunrise to sunset of a date and place (degrees, north and east"
     " positive), such as 48.1,11.6,2024-12-21.",
@@ -110,14 +97,11 @@ class _SunPath(_SunPathType):
     help="Replace files of those names that rtbow animate did not write.",
 )
 @click.option("--fps", type=float, metavar="FPS", help="Pictures a second of a film; left out: 30.")
-@size_option("Width and height in pixels, such as 640x360.")
-@backend_option
-@method_option
-@max_delta_e_option()
-@set_option("droplets.extinction=true")
-@exposure_option(
-    "Exposure of .png and .mp4: auto, one for all frames by the brightest of the first, middle and"
-    " last; or an EV at ISO 100."
+@drawing_options(
+    size="Width and height in pixels, such as 640x360.",
+    example="droplets.extinction=true",
+    exposure="Exposure of .png and .mp4: auto, one for all frames by the brightest of the first,"
+    " middle and last; or an EV at ISO 100.",
 )
 @quiet_option
 def animate(
@@ -128,12 +112,7 @@ def animate(
     outputs: tuple[str, ...],
     overwrite: bool,
     fps: float | None,
-    size: tuple[int, int] | None,
-    backend: Any,
-    method: Method,
-    max_delta_e: float | None,
-    settings: tuple[str, ...],
-    exposure: float | None,
+    drawing: Drawing,
     quiet: bool,
 ) -> None:
     """Render a sequence of frames, or a film, while keys of the scene move.
@@ -148,7 +127,7 @@ def animate(
         raise InputError(
             "nothing moves; add --key, such as --key light.0.altitude_deg=2:40, or --sun-path"
         )
-    overrides = typed_overrides(settings, size, max_delta_e, method)
+    overrides = drawing.overrides()
     from rtbow.frames.film import DEFAULT_FPS, check_fps
     from rtbow.sequence import run as sequence
     from rtbow.sequence.animation import parse_move, plan_animation
@@ -164,9 +143,9 @@ def animate(
     report = sequence.animate(
         plan_animation(scene, overrides, count, moves, positions),
         wanted,
-        method=method,
-        backend=backend,
-        exposure_ev=exposure,
+        method=drawing.method,
+        backend=drawing.backend,
+        exposure_ev=drawing.exposure,
         fps=DEFAULT_FPS if fps is None else fps,
         overwrite=overwrite,
         command=shlex.join(["rtbow", *sys.argv[1:]]),
@@ -175,7 +154,7 @@ def animate(
     if not quiet:
         for output in outputs:
             click.echo(output)
-        click.echo(_said(report, method), err=True)  # beside the names, which scripts read
+        click.echo(_said(report, drawing.method), err=True)  # beside the names, which scripts read
         left = frames_beyond(wanted, count)
         if left:
             click.echo(_left_over(left), err=True)

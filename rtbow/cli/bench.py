@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.cli.options import (
-    SceneName,
     WholeNumber,
     backend_option,
     max_delta_e_option,
     progress_bar,
     quiet_option,
+    scene_name,
     set_option,
     size_option,
 )
@@ -26,30 +26,22 @@ if TYPE_CHECKING:
     from rtbow.bench.row import BenchRow
     from rtbow.bench.run import Plan, Show
 
-    _CountType = click.ParamType[int | str]
-else:  # generic since click 8.4 alone
-    _CountType = click.ParamType
-
 _ALL = "all"
 
 
-class _Count(_CountType):
-    name = "N|all"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> int | str:
-        """Parse ``400`` or ``all``."""
-        text = str(value).lower()
-        if text == _ALL:
-            return _ALL
-        if not (text.isascii() and text.isdigit()):
-            self.fail(f"{value!r} is not a number of pixels; write 400, 0 for none, or all", param)
-        return int(text[:20])  # more than any frame has; Python refuses to read thousands
+def _pixel_count(value: str) -> int | str:
+    """Read ``400`` or ``all``."""
+    if value.lower() == _ALL:
+        return _ALL
+    if not (value.isascii() and value.isdigit()):
+        raise click.BadParameter(
+            f"{value!r} is not a number of pixels; write 400, 0 for none, or all"
+        )
+    return int(value[:20])  # more than any frame has; Python refuses to read thousands
 
 
 @click.command()
-@click.argument("scenes", nargs=-1, type=SceneName(), metavar="[SCENE]...")
+@click.argument("scenes", nargs=-1, type=scene_name, metavar="[SCENE]...")
 @click.option("--json", "json_file", metavar="FILE", help="Write all numbers: .json.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw speed against error: .png or .svg.")
 @size_option("Width and height in pixels; left out: 640x360.")
@@ -72,7 +64,7 @@ class _Count(_CountType):
 )
 @click.option(
     "--error-pixels",
-    type=_Count(),
+    type=_pixel_count,
     metavar="N|all",
     help="Pixels compared with the reference; 0: none; left out: 400.",
 )

@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.cli.options import (
-    Numbers,
     Option,
-    Verb,
+    choice_option,
+    disc_option,
+    grouped,
+    number_option,
+    numbers_option,
     progress_bar,
     quiet_option,
+    spread_option,
     two_sides,
 )
-from rtbow.physics.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:
     from rtbow.study.charts import (
@@ -25,22 +28,13 @@ if TYPE_CHECKING:
         Setup,
     )
 
-    _RasterType = click.ParamType[tuple[int, int]]
-else:  # generic since click 8.4 alone
-    _RasterType = click.ParamType
 
-
-class _Raster(_RasterType):
-    name = "RxA"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        """Parse ``300x400``."""
-        sides = two_sides(value)
-        if sides is None:
-            self.fail(f"{value!r} is not a size; write radii and angles such as 300x400", param)
-        return sides
+def _raster_size(value: Any) -> tuple[int, int]:
+    """Read ``300x400``."""
+    sides = two_sides(value)
+    if sides is None:
+        raise click.BadParameter(f"{value!r} is not a size; write radii and angles such as 300x400")
+    return sides
 
 
 def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup:
@@ -52,48 +46,14 @@ def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup
 
 def _shared(theory: str) -> Option:
     """Add the options that every chart has."""
-    options: list[Option] = [
+    return grouped(
         click.option("-o", "--output", required=True, metavar="OUT", help="Where: .png or .svg."),
-        click.option(
-            "--theory",
-            type=click.Choice(["airy", "mie", "both"]),
-            default=theory,
-            show_default=True,
-            help="Theory of the single drop.",
-        ),
-        click.option(
-            "--disc",
-            type=float,
-            default=SUN_DIAMETER_DEG,
-            show_default=True,
-            metavar="DEG",
-            help="Angular diameter of the light's disc, 0..5; 0 for a point.",
-        ),
-        click.option(
-            "--spread",
-            type=float,
-            default=2.0,
-            show_default=True,
-            metavar="PERCENT",
-            help="Standard deviation of ln(radius), 1..20 (mie).",
-        ),
-        click.option(
-            "--temperature",
-            type=float,
-            default=20.0,
-            show_default=True,
-            metavar="C",
-            help="Of the water, -12..60 degrees Celsius.",
-        ),
+        choice_option("--theory", ("airy", "mie", "both"), "Theory of the single drop.", theory),
+        disc_option,
+        spread_option,
+        number_option("--temperature", 20.0, "C", "Of the water, -12..60 degrees Celsius."),
         quiet_option,
-    ]
-
-    def add(verb: Verb) -> Verb:
-        for option in reversed(options):
-            verb = option(verb)
-        return verb
-
-    return add
+    )
 
 
 @click.group()
@@ -106,49 +66,23 @@ def chart() -> None:
 
 @chart.command("profile")
 @_shared("airy")
-@click.option(
-    "--radius-um",
-    type=Numbers(),
-    default=(500.0,),
-    metavar="A,B,...",
-    help="Drop radii, 1..5000; left out: 500.",
-)
-@click.option(
-    "--wavelength-nm",
-    type=Numbers(),
-    default=(550.0,),
-    metavar="A,B,...",
-    help="Wavelengths, 380..780; left out: 550.",
-)
-@click.option(
+@numbers_option("--radius-um", (500.0,), "Drop radii, 1..5000; left out: 500.")
+@numbers_option("--wavelength-nm", (550.0,), "Wavelengths, 380..780; left out: 550.")
+@choice_option(
     "--component",
-    type=click.Choice(["mean", "perpendicular", "parallel"]),
-    default="mean",
-    show_default=True,
-    help="Polarisation, against the scattering plane; mean: unpolarised light.",
+    ("mean", "perpendicular", "parallel"),
+    "Polarisation, against the scattering plane; mean: unpolarised light.",
 )
-@click.option(
+@choice_option(
     "--scale",
-    type=click.Choice(["linear", "log"]),
-    default="linear",
-    show_default=True,
-    help="Of the cross-section; linear draws a panel for each radius.",
+    ("linear", "log"),
+    "Of the cross-section; linear draws a panel for each radius.",
 )
 @click.option("--difference", is_flag=True, help="Add a panel of Airy minus Mie.")
-@click.option(
-    "--from-deg",
-    type=float,
-    metavar="DEG",
-    help="Least scattering angle; left out: 115 (linear) or 0 (log).",
+@number_option(
+    "--from-deg", None, "DEG", "Least scattering angle; left out: 115 (linear) or 0 (log)."
 )
-@click.option(
-    "--to-deg",
-    type=float,
-    default=180.0,
-    show_default=True,
-    metavar="DEG",
-    help="Greatest scattering angle.",
-)
+@number_option("--to-deg", 180.0, "DEG", "Greatest scattering angle.")
 def chart_profile(
     output: str,
     theory: str,
@@ -200,48 +134,18 @@ def chart_profile(
 
 @chart.command("lee")
 @_shared("both")
-@click.option(
-    "--radius-from",
-    type=float,
-    default=10.0,
-    show_default=True,
-    metavar="UM",
-    help="Least radius, um.",
-)
-@click.option(
-    "--radius-to",
-    type=float,
-    default=1000.0,
-    show_default=True,
-    metavar="UM",
-    help="Greatest radius, um.",
-)
-@click.option(
-    "--from-deg",
-    type=float,
-    default=135.0,
-    show_default=True,
-    metavar="DEG",
-    help="Least scattering angle.",
-)
-@click.option(
-    "--to-deg",
-    type=float,
-    default=147.0,
-    show_default=True,
-    metavar="DEG",
-    help="Greatest scattering angle.",
-)
-@click.option(
+@number_option("--radius-from", 10.0, "UM", "Least radius, um.")
+@number_option("--radius-to", 1000.0, "UM", "Greatest radius, um.")
+@number_option("--from-deg", 135.0, "DEG", "Least scattering angle.")
+@number_option("--to-deg", 147.0, "DEG", "Greatest scattering angle.")
+@choice_option(
     "--normalise",
-    type=click.Choice(["column", "none"]),
-    default="column",
-    show_default=True,
-    help="column: each radius to its greatest luminance; none: luminance per area of drop.",
+    ("column", "none"),
+    "column: each radius to its greatest luminance; none: luminance per area of drop.",
 )
 @click.option(
     "--size",
-    type=_Raster(),
+    type=_raster_size,
     default=(300, 400),
     metavar="RxA",
     help="Radii and angles of the raster; left out: 300x400.",

@@ -2,41 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from functools import wraps
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import click
 
 from rtbow.base.errors import InputError, RtbowError
-from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MOST_DELTA_E
+from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MAX_DISC_DEG, MOST_DELTA_E
+from rtbow.physics.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:
     from rtbow.base.arrays import Progress
-
-    _SizeType = click.ParamType[tuple[int, int]]
-    _ExposureType = click.ParamType[float | None]
-    _NumberType = click.ParamType[float]
-    _NumbersType = click.ParamType[tuple[float, ...]]
-    _SceneType = click.ParamType[str]
-else:  # generic since click 8.4 alone
-    _SizeType = _ExposureType = _NumberType = _NumbersType = _SceneType = click.ParamType
+    from rtbow.gl.context import Backend
+    from rtbow.render.renderer import Method
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
 
 class Option(Protocol):
-    """Adds an option to a verb."""
+    """Adds an option, or several, to a verb."""
 
     def __call__(self, verb: Verb, /) -> Verb:
-        """Give the verb with the option."""
+        """Return the verb with the option."""
         ...
 
 
-# --- Types -------------------------------------------------------------------------------------
+# --- Types: functions that read what was typed, or raise click.BadParameter ---------------------
 
 
 def two_sides(value: Any) -> tuple[int, int] | None:
-    """Read two whole numbers with an x between them, such as ``640x360``; None if it is not.
+    """Read two whole numbers with an x between them, such as ``640x360``; None if they are not.
 
     A pair of numbers, such as a default, stays as it is.
     """
@@ -45,115 +41,88 @@ def two_sides(value: Any) -> tuple[int, int] | None:
     sides = str(value).lower().split("x")
     if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
         return None
-    # Twenty digits tell enough; Python refuses to read thousands.
+    # Twenty digits exceed every limit; Python refuses to read thousands.
     return int(sides[0][:20]), int(sides[1][:20])
 
 
-class Size(_SizeType):
-    """WIDTHxHEIGHT in pixels."""
+def picture_size(value: Any) -> tuple[int, int]:
+    """Read a width and a height in pixels, such as ``640x360``."""
+    sides = two_sides(value)
+    if sides is None:
+        raise click.BadParameter(f"{value!r} is not a size; write width and height such as 640x360")
+    from pydantic import ValidationError
 
-    name = "WxH"
+    from rtbow.scene.model import Camera, Pixels
+    from rtbow.scene.text.schema import Node
 
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> tuple[int, int]:
-        """Parse ``640x360``."""
-        sides = two_sides(value)
-        if sides is None:
-            self.fail(f"{value!r} is not a size; write width and height such as 640x360", param)
-        from pydantic import ValidationError
-
-        from rtbow.scene.model import Camera, Pixels
-        from rtbow.scene.text.schema import Node
-
-        try:
-            return Camera(size_px=sides).size_px
-        except ValidationError:
-            allowed = Node.of(Pixels).range
-            self.fail(f"{value!r} is not a size; each side must be {allowed} pixels", param)
+    try:
+        return Camera(size_px=sides).size_px
+    except ValidationError:
+        allowed = Node.of(Pixels).range
+        raise click.BadParameter(
+            f"{value!r} is not a size; each side must be {allowed} pixels"
+        ) from None
 
 
-class Exposure(_ExposureType):
-    """``auto`` or an exposure value."""
+def exposure_value(value: Any) -> float | None:
+    """Read ``auto``, which is None, or an exposure value."""
+    if str(value).lower() == "auto":
+        return None
+    from rtbow.frames.display import EV_LIMIT, max_luminance
 
-    name = "auto|EV"
-
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> float | None:
-        """Parse ``auto`` (None) or a number."""
-        if value is None or str(value).lower() == "auto":
-            return None
-        from rtbow.frames.display import EV_LIMIT, max_luminance
-
-        try:
-            exposure = float(value)
-            max_luminance(exposure)
-        except (ValueError, RtbowError):
-            self.fail(
-                f"{value!r} is not an exposure; write auto, or an EV at ISO 100,"
-                f" {-EV_LIMIT:g}..{EV_LIMIT:g}, such as 13",
-                param,
-            )
-        return exposure
+    try:
+        exposure = float(value)
+        max_luminance(exposure)
+    except (ValueError, RtbowError):
+        raise click.BadParameter(
+            f"{value!r} is not an exposure; write auto, or an EV at ISO 100,"
+            f" {-EV_LIMIT:g}..{EV_LIMIT:g}, such as 13"
+        ) from None
+    return exposure
 
 
-class MaxDeltaE(_NumberType):
-    """An error that method ``fast`` can keep."""
-
-    name = "DE"
-
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> float:
-        """Parse ``0.5``."""
-        try:
-            error = float(value)
-        except ValueError:
-            error = 0.0
-        if not LEAST_DELTA_E <= error <= MOST_DELTA_E:  # NaN too
-            self.fail(
-                f"{value!r} is no error that method fast can keep; write a number,"
-                f" {LEAST_DELTA_E:g}..{MOST_DELTA_E:g}, such as {DEFAULT_DELTA_E:g}, or leave it"
-                " out for the scene's render.max_delta_e",
-                param,
-            )
-        return error
+def tolerable_error(value: Any) -> float:
+    """Read an error that method ``fast`` can keep, such as ``0.5``."""
+    try:
+        error = float(value)
+    except ValueError:
+        error = 0.0
+    if not LEAST_DELTA_E <= error <= MOST_DELTA_E:  # NaN too
+        raise click.BadParameter(
+            f"{value!r} is no error that method fast can keep; write a number,"
+            f" {LEAST_DELTA_E:g}..{MOST_DELTA_E:g}, such as {DEFAULT_DELTA_E:g}, or leave it"
+            " out for the scene's render.max_delta_e"
+        )
+    return error
 
 
-class SceneName(_SceneType):
-    """A scene's file or name; what reads like an output is told from one."""
+def scene_name(value: Any) -> str:
+    """Take a scene's file or name as it is, but refuse the name of a picture."""
+    from rtbow.frames.film import FILM_SUFFIXES
+    from rtbow.frames.image import FRAME_SUFFIXES
 
-    name = "scene"
+    if str(value).lower().endswith(FRAME_SUFFIXES + FILM_SUFFIXES):
+        context = click.get_current_context(silent=True)
+        writes = context is not None and any("-o" in param.opts for param in context.command.params)
+        remedy = (
+            f"did you mean -o {value}?"
+            if writes
+            else "name a .toml file or a built-in scene (rtbow scenes lists them)"
+        )
+        raise click.BadParameter(f"{value!r} is a picture's name, not a scene's; {remedy}")
+    return str(value)
 
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> str:
-        """Take the name as it is, but for that of a picture."""
-        from rtbow.frames.film import FILM_SUFFIXES
-        from rtbow.frames.image import FRAME_SUFFIXES
 
-        if str(value).lower().endswith(FRAME_SUFFIXES + FILM_SUFFIXES):
-            writes = ctx is not None and any("-o" in one.opts for one in ctx.command.params)
-            remedy = (
-                f"did you mean -o {value}?"
-                if writes
-                else "name a .toml file or a built-in scene (rtbow scenes lists them)"
-            )
-            self.fail(f"{value!r} is a picture's name, not a scene's; {remedy}", param)
-        return str(value)
+def number_list(value: Any) -> tuple[float, ...]:
+    """Read numbers with commas between them, such as ``100,500``."""
+    if isinstance(value, tuple):
+        return value
+    try:
+        return tuple(float(part) for part in str(value).split(","))
+    except ValueError:
+        raise click.BadParameter(
+            f"{value!r} is not a list of numbers such as 100,500,1000"
+        ) from None
 
 
 class WholeNumber(click.IntRange):
@@ -162,83 +131,85 @@ class WholeNumber(click.IntRange):
     name = "whole number"
 
 
-class Numbers(_NumbersType):
-    """Numbers with commas between them."""
-
-    name = "A,B,..."
-
-    def convert(
-        self,
-        value: Any,
-        param: click.Parameter | None,
-        ctx: click.Context | None,
-    ) -> tuple[float, ...]:
-        """Parse ``100,500``."""
-        if isinstance(value, tuple):
-            return value
-        try:
-            return tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            self.fail(f"{value!r} is not a list of numbers such as 100,500,1000", param)
-
-
 # --- Options -----------------------------------------------------------------------------------
 
-scene_argument: Option = click.argument("scene", required=False, type=SceneName())
-backend_option: Option = click.option(
-    "--backend",
-    type=click.Choice(["auto", "egl", "osmesa", "window"]),
-    default="auto",
-    show_default=True,
-    help="How to get a GL context.",
+
+def grouped(*options: Option) -> Option:
+    """Join options into one; help shows them in this order."""
+
+    def add(verb: Verb) -> Verb:
+        for option in reversed(options):
+            verb = option(verb)
+        return verb
+
+    return add
+
+
+def number_option(name: str, default: float | None, metavar: str, text: str) -> Option:
+    """Add an option that takes a number; without a default, the help says what is taken."""
+    return click.option(
+        name,
+        type=float,
+        default=default,
+        show_default=default is not None,
+        metavar=metavar,
+        help=text,
+    )
+
+
+def numbers_option(name: str, default: tuple[float, ...] | None, text: str) -> Option:
+    """Add an option that takes numbers with commas between them; the help names the default."""
+    return click.option(name, type=number_list, default=default, metavar="A,B,...", help=text)
+
+
+def choice_option(name: str, choices: Sequence[str], text: str, default: str = "") -> Option:
+    """Add an option that takes one of several words, by default the first."""
+    return click.option(
+        name,
+        type=click.Choice(choices),
+        default=default or choices[0],
+        show_default=True,
+        help=text,
+    )
+
+
+scene_argument: Option = click.argument("scene", required=False, type=scene_name)
+backend_option = choice_option(
+    "--backend", ("auto", "egl", "osmesa", "window"), "How to get a GL context."
 )
 quiet_option: Option = click.option(
     "-q", "--quiet", is_flag=True, help="Show no progress and print nothing."
 )
 
-
-def size_option(text: str) -> Option:
-    """Give ``--size`` with its help."""
-    return click.option("--size", type=Size(), metavar="WxH", help=text)
-
-
-def max_delta_e_option(
-    text: str = "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels:"
-    f" {LEAST_DELTA_E:g} to {MOST_DELTA_E:g}; left out: the scene's, {DEFAULT_DELTA_E:g} by"
-    " default.",
-    *,
-    multiple: bool = False,
-) -> Option:
-    """Give ``--max-delta-e`` with its help."""
-    return click.option(
-        "--max-delta-e", type=MaxDeltaE(), multiple=multiple, metavar="DE", help=text
-    )
-
-
-method_option: Option = click.option(
-    "--method",
-    type=click.Choice(["auto", "fast", "spectral", "reference"]),
-    default="auto",
-    show_default=True,
-    help="fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
-    " float64 on the CPU; auto: fast where it keeps its error, else spectral.",
+SPREAD_PERCENT = 2.0
+spread_option = number_option(
+    "--spread",
+    SPREAD_PERCENT,
+    "PERCENT",
+    "Spread of sizes about each radius, 1..20: standard deviation of ln(radius) (mie).",
+)
+disc_option = number_option(
+    "--disc",
+    SUN_DIAMETER_DEG,
+    "DEG",
+    f"Angular diameter of the light's disc, 0..{MAX_DISC_DEG:g}; 0 for a point.",
 )
 
 
-def exposure_option(text: str) -> Option:
-    """Give ``--exposure`` with its help."""
+def size_option(text: str) -> Option:
+    """Add ``--size`` with its help."""
+    return click.option("--size", type=picture_size, metavar="WxH", help=text)
+
+
+def max_delta_e_option(text: str, *, multiple: bool = False) -> Option:
+    """Add ``--max-delta-e`` with its help."""
     return click.option(
-        "--exposure",
-        type=Exposure(),
-        default="auto",
-        show_default=True,
-        metavar="auto|EV",
-        help=text,
+        "--max-delta-e", type=tolerable_error, multiple=multiple, metavar="DE", help=text
     )
 
 
 def set_option(example: str) -> Option:
-    """Give ``--set``, which the verb takes as ``settings``, with an example in its help."""
+    """Add ``--set``, which the verb takes as ``settings``, with an example in its help."""
     return click.option(
         "--set",
         "settings",
@@ -248,30 +219,82 @@ def set_option(example: str) -> Option:
     )
 
 
-def typed_overrides(
-    settings: tuple[str, ...],
-    size: tuple[int, int] | None,
-    max_delta_e: float | None,
-    method: str,
-) -> dict[str, object]:
-    """Give the overrides of a scene that ``--set``, ``--size`` and ``--max-delta-e`` ask for.
+# --- Drawing -----------------------------------------------------------------------------------
 
-    Raises:
-        InputError: no such ``--set``, or a method that does not take ``--max-delta-e``.
+
+class Drawing(NamedTuple):
+    """What was typed in the options of :func:`drawing_options`."""
+
+    size: tuple[int, int] | None
+    backend: Backend
+    method: Method
+    max_delta_e: float | None
+    settings: tuple[str, ...]
+    exposure: float | None
+
+    def overrides(self) -> dict[str, object]:
+        """Return the overrides of the scene that ``--set``, ``--size`` and ``--max-delta-e`` give.
+
+        Raises:
+            InputError: no such ``--set``, or a method that does not take ``--max-delta-e``.
+        """
+        if self.max_delta_e is not None and self.method not in ("auto", "fast"):
+            raise InputError(
+                f"--max-delta-e {self.max_delta_e:g}: methods auto and fast alone take it, not"
+                f" --method {self.method}; leave one of the two out"
+            )
+        from rtbow.scene.text.file import parse_set
+
+        overrides = dict(parse_set(text) for text in self.settings)
+        if self.size is not None:
+            overrides["camera.size_px"] = list(self.size)
+        if self.max_delta_e is not None:
+            overrides["render.max_delta_e"] = self.max_delta_e
+        return overrides
+
+
+def drawing_options(size: str, example: str, exposure: str) -> Option:
+    """Add the options of a verb that draws one scene, which takes them as its ``drawing``.
+
+    Args:
+        size: help of ``--size``.
+        example: of ``--set``.
+        exposure: help of ``--exposure``.
     """
-    if max_delta_e is not None and method not in ("auto", "fast"):
-        raise InputError(
-            f"--max-delta-e {max_delta_e:g}: methods auto and fast alone take it, not --method"
-            f" {method}; leave one of the two out"
-        )
-    from rtbow.scene.text.file import parse_set
+    options = grouped(
+        size_option(size),
+        backend_option,
+        choice_option(
+            "--method",
+            ("auto", "fast", "spectral", "reference"),
+            "fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
+            " float64 on the CPU; auto: fast where it keeps its error, else spectral.",
+        ),
+        max_delta_e_option(
+            "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels:"
+            f" {LEAST_DELTA_E:g} to {MOST_DELTA_E:g}; left out: the scene's,"
+            f" {DEFAULT_DELTA_E:g} by default."
+        ),
+        set_option(example),
+        click.option(
+            "--exposure",
+            type=exposure_value,
+            default="auto",
+            show_default=True,
+            metavar="auto|EV",
+            help=exposure,
+        ),
+    )
 
-    overrides = dict(parse_set(text) for text in settings)
-    if size is not None:
-        overrides["camera.size_px"] = list(size)
-    if max_delta_e is not None:
-        overrides["render.max_delta_e"] = max_delta_e
-    return overrides
+    def add(verb: Verb) -> Verb:
+        @wraps(verb)
+        def run(**values: Any) -> Any:
+            shared = {name: values.pop(name) for name in Drawing._fields}
+            return verb(drawing=Drawing(**shared), **values)
+
+        return options(run)  # type: ignore[return-value]  # the same verb, its options gathered
+
+    return add
 
 
 # --- Progress ----------------------------------------------------------------------------------

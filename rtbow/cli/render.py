@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import shlex
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from rtbow.base.errors import InputError
 from rtbow.cli.options import (
+    Drawing,
     WholeNumber,
-    backend_option,
-    exposure_option,
-    max_delta_e_option,
-    method_option,
+    drawing_options,
     progress_bar,
     quiet_option,
     scene_argument,
-    set_option,
-    size_option,
-    typed_overrides,
 )
 
 if TYPE_CHECKING:
-    from rtbow.render.renderer import Method, Renderer
+    from rtbow.render.renderer import Renderer
 
 
 @click.command()
@@ -38,23 +33,17 @@ if TYPE_CHECKING:
     metavar="OUT",
     help="Where to write: .exr linear radiance, .png picture. May be repeated.",
 )
-@size_option("Width and height in pixels, such as 640x360.")
-@backend_option
-@method_option
-@max_delta_e_option()
-@set_option("light.0.altitude_deg=5")
-@exposure_option("Exposure of the .png: auto, or an EV at ISO 100.")
+@drawing_options(
+    size="Width and height in pixels, such as 640x360.",
+    example="light.0.altitude_deg=5",
+    exposure="Exposure of the .png: auto, or an EV at ISO 100.",
+)
 @click.option("--seed", type=WholeNumber(min=0), metavar="N", help="Seed of the random drops.")
 @quiet_option
 def render(
     scene: str | None,
     outputs: tuple[str, ...],
-    size: tuple[int, int] | None,
-    backend: Any,
-    method: Method,
-    max_delta_e: float | None,
-    settings: tuple[str, ...],
-    exposure: float | None,
+    drawing: Drawing,
     seed: int | None,
     quiet: bool,
 ) -> None:
@@ -65,7 +54,7 @@ def render(
     from rtbow.base.files import check_distinct, check_writable
     from rtbow.frames.image import FRAME_SUFFIXES, frame_metadata, write_frame
 
-    overrides = typed_overrides(settings, size, max_delta_e, method)
+    overrides = drawing.overrides()
     check_distinct(outputs)
     for path in outputs:  # before the long work, not after it
         check_writable(path, FRAME_SUFFIXES)
@@ -80,9 +69,9 @@ def render(
             f"--seed {seed}: the drops of {loaded.source_name} come from a volume file, where"
             " nothing is drawn; leave --seed out"
         )
-    with Renderer(loaded, backend) as renderer:
+    with Renderer(loaded, drawing.backend) as renderer:
         rgb = renderer.render(
-            method,
+            drawing.method,
             progress_bar("rendering", quiet),
             progress_bar("building the table", quiet, "part"),
         )
@@ -93,11 +82,11 @@ def render(
             renderer.gl_renderer,
         )
     for path in outputs:
-        write_frame(path, rgb, metadata, exposure)
+        write_frame(path, rgb, metadata, drawing.exposure)
     if not quiet:
         for path in outputs:
             click.echo(path)
-        if method == "auto":  # beside the paths, which scripts read
+        if drawing.method == "auto":  # beside the paths, which scripts read
             click.echo(_chosen(renderer), err=True)
 
 

@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING
 import click
 
 from rtbow.base.errors import InputError
+from rtbow.base.limits import TABLE_RADII_UM
 from rtbow.cli.options import (
-    Numbers,
+    SPREAD_PERCENT,
     WholeNumber,
+    choice_option,
+    disc_option,
+    number_option,
+    numbers_option,
     progress_bar,
     quiet_option,
+    spread_option,
 )
-from rtbow.physics.constants import SUN_DIAMETER_DEG
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Theory
@@ -29,29 +34,11 @@ def table() -> None:
 
 
 @table.command("build")
-@click.option(
-    "--theory",
-    type=click.Choice(["airy", "mie"]),
-    default="airy",
-    show_default=True,
-    help="mie: exact, minutes; the one that ships needs no build.",
+@choice_option(
+    "--theory", ("airy", "mie"), "mie: exact, minutes; the one that ships needs no build."
 )
-@click.option(
-    "--spread",
-    type=float,
-    default=2.0,
-    show_default=True,
-    metavar="PERCENT",
-    help="Spread of sizes about each radius (mie).",
-)
-@click.option(
-    "--max-radius-um",
-    type=float,
-    default=1500.0,
-    show_default=True,
-    metavar="UM",
-    help="Largest drop (mie).",
-)
+@spread_option
+@number_option("--max-radius-um", TABLE_RADII_UM[1], "UM", "Largest drop (mie).")
 @click.option(
     "--workers", type=WholeNumber(1, 1024), metavar="N", help="Processes; left out: one per core."
 )
@@ -76,7 +63,8 @@ def table_build(
     from rtbow.tables.report import describe_build, describe_mie_build
 
     if theory == "airy":
-        if (spread, max_radius_um, workers, scheduler) != (2.0, 1500.0, None, None):
+        defaults = (SPREAD_PERCENT, TABLE_RADII_UM[1], None, None)
+        if (spread, max_radius_um, workers, scheduler) != defaults:
             raise InputError(
                 "--spread, --max-radius-um, --workers and --scheduler go with --theory mie; add it"
             )
@@ -111,36 +99,11 @@ def table_info(samples: int) -> None:
 
 @table.command("export")
 @click.argument("output")
-@click.option("--theory", type=click.Choice(["airy", "mie"]), default="airy", show_default=True)
-@click.option(
-    "--disc",
-    "disc_deg",
-    type=float,
-    default=SUN_DIAMETER_DEG,
-    show_default=True,
-    metavar="DEG",
-    help="Angular diameter of the light's disc; 0 for a point.",
-)
-@click.option(
-    "--spread",
-    type=float,
-    default=2.0,
-    show_default=True,
-    metavar="PERCENT",
-    help="Spread of sizes about each radius (mie).",
-)
-@click.option(
-    "--radius-um",
-    type=Numbers(),
-    metavar="A,B,...",
-    help="Drop radii; left out: 64 from 10 to 1500.",
-)
-@click.option(
-    "--wavelength-nm",
-    type=Numbers(),
-    metavar="A,B,...",
-    help="Wavelengths; left out: 380 to 780 by 5.",
-)
+@choice_option("--theory", ("airy", "mie"), "Theory of the single drop.")
+@disc_option
+@spread_option
+@numbers_option("--radius-um", None, "Drop radii; left out: 64 from 10 to 1500.")
+@numbers_option("--wavelength-nm", None, "Wavelengths; left out: 380 to 780 by 5.")
 @click.option(
     "--angles",
     type=WholeNumber(2, 1_000_000),
@@ -153,7 +116,7 @@ def table_info(samples: int) -> None:
 def table_export(
     output: str,
     theory: Theory,
-    disc_deg: float,
+    disc: float,
     spread: float,
     radius_um: tuple[float, ...] | None,
     wavelength_nm: tuple[float, ...] | None,
@@ -174,14 +137,14 @@ def table_export(
         export_table,
     )
 
-    if theory == "airy" and spread != 2.0:
+    if theory == "airy" and spread != SPREAD_PERCENT:
         raise InputError("--spread goes with --theory mie: Airy's table has none; add it")
     wanted = PlainTable(
         theory,
         default_radii_um() if radius_um is None else radius_um,
         default_wavelengths_nm() if wavelength_nm is None else wavelength_nm,
         angles,
-        disc_deg,
+        disc,
         round(spread / 100.0, 9),
     )
     export_table(

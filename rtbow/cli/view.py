@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from rtbow.cli.options import (
+    Drawing,
     WholeNumber,
-    backend_option,
-    exposure_option,
-    max_delta_e_option,
-    method_option,
+    drawing_options,
     scene_argument,
-    set_option,
-    size_option,
-    typed_overrides,
 )
 
 if TYPE_CHECKING:
-    from rtbow.render.renderer import Method
     from rtbow.view.app import Viewer
 
 
 @click.command()
 @scene_argument
-@size_option("Width and height of the picture in pixels, such as 640x360.")
-@backend_option
-@method_option
-@max_delta_e_option()
-@set_option("light.0.altitude_deg=5")
-@exposure_option("Exposure: auto, or an EV at ISO 100.")
+@drawing_options(
+    size="Width and height of the picture in pixels, such as 640x360.",
+    example="light.0.altitude_deg=5",
+    exposure="Exposure: auto, or an EV at ISO 100.",
+)
 @click.option(
     "--watch", is_flag=True, help="Take over the scene file, what it names, and shaders as saved."
 )
@@ -43,12 +36,7 @@ if TYPE_CHECKING:
 )
 def view(
     scene: str | None,
-    size: tuple[int, int] | None,
-    backend: Any,
-    method: Method,
-    max_delta_e: float | None,
-    settings: tuple[str, ...],
-    exposure: float | None,
+    drawing: Drawing,
     watch: bool,
     frames: int | None,
     screenshot: str | None,
@@ -60,7 +48,7 @@ def view(
     from rtbow.base.files import check_writable
     from rtbow.scene.text.file import load_scene, typed_override
 
-    overrides = typed_overrides(settings, size, max_delta_e, method)
+    overrides = drawing.overrides()
     if screenshot is not None:
         check_writable(screenshot, (".png",))
     loaded = load_scene(scene, overrides)
@@ -68,7 +56,8 @@ def view(
     from rtbow.view.document.edits import Opened
 
     typed = tuple(typed_override(*one) for one in overrides.items())
-    viewer = Viewer(Opened(loaded, scene, typed), method, backend, exposure, watch=watch)
+    opened = Opened(loaded, scene, typed)
+    viewer = Viewer(opened, drawing.method, drawing.backend, drawing.exposure, watch=watch)
     try:
         viewer.run(frames, Path(screenshot) if screenshot is not None else None)
     except BaseException:
