@@ -12,6 +12,8 @@ from pathlib import Path
 from checkout import ROOT
 
 SMALL = ("--size", "32x18")
+FAST = "method fast\n"
+"""What stderr says where ``auto`` chose."""
 
 
 @dataclass(frozen=True)

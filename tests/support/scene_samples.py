@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import pytest
 
 from rtbow.base.errors import InputError
+from rtbow.base.resources import resource_dir
 from rtbow.scene.text.file import scene_from_text
 
 BASE = """\
@@ -28,6 +29,7 @@ radius_um = 500.0
 number_per_m3 = 1000.0
 """
 
+UNIFORM = (resource_dir("scenes") / "uniform.toml").read_text("utf-8")
 FROM_FILE = '[[light]]\n[droplets]\nfile = "shower.npz"\n'
 
 
