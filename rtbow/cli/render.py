@@ -66,8 +66,8 @@ def render(
     loaded = load_scene(scene, overrides)
     if seed is not None and loaded.droplets.file is not None:
         raise InputError(
-            f"--seed {seed}: the drops of {loaded.source_name} come from a volume file, where"
-            " nothing is drawn; leave --seed out"
+            f"--seed {seed}: the drops of {loaded.source_name} come from a volume file, not"
+            " from random numbers; leave --seed out"
         )
     with Renderer(loaded, drawing.backend) as renderer:
         rgb = renderer.render(
@@ -86,12 +86,11 @@ def render(
     if not quiet:
         for path in outputs:
             click.echo(path)
-        if drawing.method == "auto":  # beside the paths, which scripts read
+        if drawing.method == "auto":  # not among the paths, which scripts read
             click.echo(_chosen(renderer), err=True)
 
 
 def _chosen(renderer: Renderer) -> str:
-    """Tell which method ``auto`` chose, and why."""
-    # Without the remedy, which was taken.
-    why = renderer.unsuited.rpartition("; ")[0] or renderer.unsuited
-    return f"method {renderer.method_used}" + (f": {why}" if why else "")
+    """Return which method ``auto`` chose, and why."""
+    reason = renderer.unsuited.rpartition("; ")[0] or renderer.unsuited  # without its remedy
+    return f"method {renderer.method_used}" + (f": {reason}" if reason else "")

@@ -54,9 +54,9 @@ def table_build(
     scheduler: str | None,
     quiet: bool,
 ) -> None:
-    """Build a table, store it in the cache and say how long it took.
+    """Build a table, store it in the cache and show how long it took.
 
-    What is finished stays: an interrupted build goes on where it was.
+    An interrupted build continues where it stopped.
 
     Example: rtbow table build --theory mie
     """  # fmt: skip

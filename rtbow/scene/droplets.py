@@ -31,7 +31,7 @@ class Density(Table):
         None,
         ge=0,
         le=MAX_DENSITY_PER_M3,
-        description="drops in a cubic metre; every distribution but marshall-palmer",
+        description="drops per cubic metre; for every distribution except marshall-palmer",
         json_schema_extra=shown_as(
             "1/m³",
             "More drops make a brighter bow, until they hide each other.",
@@ -43,7 +43,7 @@ class Density(Table):
         None,
         gt=0,
         le=1000,
-        description="rain rate, from which the density follows; with marshall-palmer",
+        description="rain rate, which sets the number of drops; for marshall-palmer",
         json_schema_extra=shown_as(
             "mm/h",
             "Heavier rain has more and larger drops: a brighter bow of stronger colours.",
@@ -54,25 +54,25 @@ class Density(Table):
 
 
 def density_key(distribution: str) -> str:
-    """Return the one key of ``[droplets.density]`` that goes with a radius distribution."""
+    """Return the key of ``[droplets.density]`` that a distribution of radii needs."""
     return "rain_rate_mm_h" if distribution == "marshall-palmer" else "number_per_m3"
 
 
 class Droplets(Table):
-    """The volume of drops: described by its distributions, or read from a file."""
+    """The volume of drops: described by distributions, or read from a file."""
 
     box_m: Box | None = Field(
         None,
         description="lower and upper corner: [[east, north, up], [east, north, up]]",
         json_schema_extra=shown_as(
-            "m", "The bow is seen only where a ray meets the box.", (-2000.0, 2000.0)
+            "m", "The bow appears only where the line of sight crosses the box.", (-2000.0, 2000.0)
         ),
     )
     grid: Grid | None = Field(
         None,
         description="grid points along east, north, up; left out: a uniform volume",
         json_schema_extra=shown_as(
-            "", "Finer grids show finer shafts and more drawn radii.", (2.0, 128.0)
+            "", "A finer grid resolves narrower shafts and draws more radii.", (2.0, 128.0)
         ),
     )
     seed: int = Field(
@@ -80,27 +80,28 @@ class Droplets(Table):
         ge=0,
         description="seed of the random radii",
         json_schema_extra=shown_as(
-            "", "Other random drops of the same distribution.", (0.0, 100.0)
+            "", "Another seed draws other drops from the same distribution.", (0.0, 100.0)
         ),
     )
     extinction: bool = Field(
         False,
-        description="the rain's own attenuation, towards light and eye",
+        description="attenuation by the rain itself, from the light and to the eye",
         json_schema_extra=shown_as("", "Dense rain dims what lies deep in it."),
     )
     extinction_efficiency: float | None = Field(
         None,
         ge=0,
         le=5,
-        description="light that a drop takes away, over what falls on it; left out: by drop size, "
-        "2 for cloud drops to 1 for rain, whose diffraction stays within the light's disc",
+        description="light that a drop removes, relative to the light that falls on it; left out: "
+        "by drop size, from 2 for cloud drops to 1 for rain, whose diffraction stays within the "
+        "light's disc",
         json_schema_extra=shown_as("", "Higher values let less light out of the rain."),
     )
     file: str | None = Field(
         None,
         min_length=1,
         description="volume file (.npz), instead of box_m, grid, radius and density",
-        json_schema_extra=shown_as("", "The rain's own shape: the bow brightens in its shafts."),
+        json_schema_extra=shown_as("", "Gives the rain a shape: shafts brighten the bow."),
     )
     radius: Radius | None = Field(
         None,
@@ -145,7 +146,7 @@ class Droplets(Table):
 
     @property
     def one_kind(self) -> bool:
-        """Whether drops are of one kind everywhere: one radius, or one mixture of radii."""
+        """Whether the drops are the same everywhere: of one radius, or one mixture of radii."""
         radius = self.radius
         return isinstance(radius, ConstantRadius) or (
             radius is not None and radius.mixing == "local"
@@ -181,7 +182,7 @@ class Droplets(Table):
         if self.grid is None and not self.one_kind:
             remedy = (
                 "draws a radius at each grid point: give their number, such as [64, 64, 32], or "
-                'all sizes everywhere with radius.mixing = "local"'
+                'mix all sizes everywhere with radius.mixing = "local"'
             )
             yield missing(("grid",), f"{choice} {remedy}")
         if self.density is None:

@@ -17,7 +17,7 @@ _KIND = Field(
     description="the kind of light",
     json_schema_extra=shown_as(
         "",
-        "The sun's bow is round about the antisolar point, a lamp's bends through the volume.",
+        "A sun's bow is a circle about the antisolar point; a lamp's is bent through the rain.",
     ),
 )
 _SPECTRUM = "E490, equal-energy, a CIE name (FL2, HP1, LED-B3) or a CSV file of wavelength_nm,value"
@@ -29,7 +29,7 @@ class SunLight(Table):
     type: Annotated[Literal["sun"], _KIND] = "sun"
     altitude_deg: AltitudeDeg = Field(
         20.0,
-        description="where the disc's centre stands, above the horizon",
+        description="altitude of the disc's centre above the horizon",
         json_schema_extra=shown_as(
             "deg",
             "A higher sun lowers the bow; above 42 degrees the primary is below the horizon. A "
@@ -38,8 +38,8 @@ class SunLight(Table):
     )
     azimuth_deg: float = Field(
         180.0,
-        description="where the disc's centre stands, clockwise from north",
-        json_schema_extra=shown_as("deg", "Turns the bow about the eye.", (0.0, 360.0)),
+        description="azimuth of the disc's centre, clockwise from north",
+        json_schema_extra=shown_as("deg", "Turns the bow around the eye.", (0.0, 360.0)),
     )
     spectrum: str = Field(
         "E490",
@@ -53,7 +53,7 @@ class SunLight(Table):
         SUN_DIAMETER_DEG,
         ge=0,
         le=MAX_DISC_DEG,
-        description="the disc across; 0 is a point at infinity",
+        description="diameter of the disc; 0 is a point at infinity",
         json_schema_extra=shown_as(
             "deg", "A wider disc blurs the colours and the supernumerary bows.", (0.0, 5.0)
         ),
@@ -62,10 +62,10 @@ class SunLight(Table):
         None,
         gt=0,
         le=1e12,
-        description="irradiance over 380-780 nm above the air, facing the light; "
-        "left out: the 654.95 of E490",
+        description="irradiance over 380-780 nm above the air, on a surface facing the light; "
+        "left out: 654.95, that of E490",
         json_schema_extra=shown_as(
-            "W/m²", "All of the bow grows brighter alike.", (1.0, 2000.0), log=True
+            "W/m²", "Makes the whole bow brighter or darker.", (1.0, 2000.0), log=True
         ),
     )
 
@@ -75,10 +75,10 @@ class PointLight(Table):
 
     type: Annotated[Literal["point"], _KIND] = "point"
     position_m: Point = Field(
-        description="where the lamp hangs: east, north, up",
+        description="position of the lamp: east, north, up",
         json_schema_extra=shown_as(
             "m",
-            "The bow's surface passes through eye and lamp; its shape changes with both.",
+            "The bow is a surface through the eye and the lamp; its shape changes with both.",
             (-500.0, 500.0),
         ),
     )
@@ -93,16 +93,16 @@ class PointLight(Table):
     luminous_flux_lm: float = Field(
         gt=0,
         le=1e12,
-        description="luminous flux in all directions",
+        description="luminous flux, summed over all directions",
         json_schema_extra=shown_as(
-            "lm", "All of the bow grows brighter alike.", (10.0, 1e6), log=True
+            "lm", "Makes the whole bow brighter or darker.", (10.0, 1e6), log=True
         ),
     )
     diameter_m: float = Field(
         0.1,
         ge=0,
         le=10,
-        description="the glowing sphere across: drops see a disc, and none are inside; "
+        description="diameter of the glowing sphere: drops see it as a disc, and none are inside; "
         "0 is a point",
         json_schema_extra=shown_as("m", "A wider lamp blurs the bow in the drops near it."),
     )

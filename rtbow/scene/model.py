@@ -36,11 +36,11 @@ class Camera(Table):
 
     position_m: Point = Field(
         (0.0, 0.0, 1.6),
-        description="the eye: east, north, up",
+        description="position of the eye: east, north, up",
         json_schema_extra=shown_as(
             "m",
-            "Near drops fill more of the view, and the lamp's bow changes its shape; a sun's stays "
-            "about the antisolar point.",
+            "Near drops fill more of the view. A lamp's bow changes shape; a sun's stays centred "
+            "on the antisolar point.",
             (-2000.0, 2000.0),
         ),
     )
@@ -62,7 +62,7 @@ class Camera(Table):
         75.0,
         gt=0,
         lt=180,
-        description="horizontal field of view, whole angle, over the full width",
+        description="horizontal field of view, the full angle over the width of the picture",
         json_schema_extra=shown_as(
             "deg", "Zooms: the primary bow is 84 degrees across, the secondary 102.", (5.0, 150.0)
         ),
@@ -76,12 +76,12 @@ class Camera(Table):
         None,
         ge=-360,
         le=360,
-        description="a polarising filter before the lens: the direction that it lets pass, "
-        "counterclockwise from horizontal as the eye sees it; left out: none",
+        description="polarising filter in front of the lens: the direction that it passes, "
+        "counterclockwise from horizontal as the eye sees it; left out: no filter",
         json_schema_extra=shown_as(
             "deg",
-            "The bow is polarised along its arc: a filter along it lets it pass, one across it all "
-            "but puts it out.",
+            "The bow is polarised along its arc: a filter along the arc passes it, one across the "
+            "arc almost extinguishes it.",
             (-90.0, 90.0),
         ),
     )
@@ -93,7 +93,7 @@ class Atmosphere(Table):
     rayleigh: bool = Field(
         True,
         description="attenuation by the air's molecules",
-        json_schema_extra=shown_as("", "The air takes blue away: far rain and low suns redden."),
+        json_schema_extra=shown_as("", "Air removes blue light: distant rain and low suns redden."),
     )
 
 
@@ -102,8 +102,8 @@ class Scattering(Table):
 
     theory: Literal["airy", "mie"] = Field(
         "airy",
-        description="theory of the single drop: airy for the bows alone, mie for all that a "
-        "sphere does, exactly",
+        description="theory of the single drop: airy for the two bows alone, mie for all that a "
+        "sphere scatters, exactly",
         json_schema_extra=shown_as(
             "", "Mie adds the glory, the corona and the light between the bows."
         ),
@@ -119,10 +119,8 @@ class Scattering(Table):
     orders: Annotated[tuple[Order, ...], Strict(False)] = Field(
         (1, 2),
         min_length=1,
-        description="internal reflections: 1 primary bow, 2 secondary; mie has all",
-        json_schema_extra=shown_as(
-            "", "1 is the primary bow, 2 the secondary, reversed and paler."
-        ),
+        description="internal reflections: 1 for the primary bow, 2 for the secondary; mie has all",
+        json_schema_extra=shown_as("", "The secondary bow is reversed and paler."),
     )
     water_temperature_c: float = Field(
         20.0,
@@ -131,7 +129,7 @@ class Scattering(Table):
         description="sets the refractive index of water",
         json_schema_extra=shown_as(
             "°C",
-            "Warmer water bends light less: the bow widens by a hundredth of a degree a kelvin.",
+            "Warmer water bends light less: the bow widens by a hundredth of a degree per kelvin.",
         ),
     )
 
@@ -150,7 +148,8 @@ class Render(Table):
         5.0,
         ge=0.05,
         le=40,
-        description="must divide 400 nm evenly; methods spectral and reference",
+        description="step between wavelengths, which must divide 400 nm evenly; methods "
+        "spectral and reference",
         json_schema_extra=shown_as(
             "nm", "Coarse steps show as bands in fringes and under line spectra.", log=True
         ),
@@ -159,17 +158,16 @@ class Render(Table):
         None,
         ge=1,
         le=100_000,
-        description="samples along a ray; left out: follows the grid",
+        description="samples along a ray; left out: set by the grid",
         json_schema_extra=shown_as("", "Few samples miss shafts of rain.", (1.0, 1000.0), log=True),
     )
-
     max_delta_e: float = Field(
         DEFAULT_DELTA_E,
         ge=LEAST_DELTA_E,
         le=MOST_DELTA_E,
-        description="colour difference (CIEDE2000, 99th percentile of pixels) from the truth that"
-        " method fast may have",
-        json_schema_extra=shown_as("", "A larger error is a quicker picture.", log=True),
+        description="error allowed to method fast: colour difference from the truth (CIEDE2000, "
+        "99th percentile of pixels)",
+        json_schema_extra=shown_as("", "Pictures with larger errors are drawn faster.", log=True),
     )
 
     @field_validator("wavelength_step_nm")
@@ -184,25 +182,25 @@ class Render(Table):
 
 
 def _even_step(count: int, direction: int) -> str:
-    """Return the nearest step (nm) that divides 400 nm evenly and ends after four decimals."""
+    """Return the nearest step (nm) of at most four decimals that divides 400 nm evenly."""
     while 4_000_000 % count:
         count += direction
     return f"{400 / count:.4f}".rstrip("0").rstrip(".")
 
 
 class Compare(Table):
-    """The picture split between the scene as it stands and with some keys changed."""
+    """A picture split between the scene as it stands and the scene with some keys changed."""
 
     split: float = Field(
         0.5,
         ge=0,
         le=1,
-        description="share of the width, from the left, that shows the scene as it stands",
+        description="fraction of the width, from the left, that shows the scene as it stands",
         json_schema_extra=shown_as("", "Where the two pictures meet."),
     )
     right: dict[str, Any] = Field(
-        description='keys and values of the rest, such as { "atmosphere.rayleigh" = false }',
-        json_schema_extra=shown_as("", "What differs on the right."),
+        description='keys and values of the right part, such as { "atmosphere.rayleigh" = false }',
+        json_schema_extra=shown_as("", "Changes the scene on the right."),
     )
 
     def __hash__(self) -> int:
@@ -210,7 +208,7 @@ class Compare(Table):
 
 
 class Scene(Table):
-    """All that a picture depends on.
+    """Everything that a picture depends on.
 
     Two scenes are equal when their values are, whatever text they came from.
     """
@@ -249,19 +247,19 @@ class Scene(Table):
         return self._source_name
 
     def parts(self) -> tuple[tuple["Scene", slice], ...]:
-        """The scenes that make up the picture and the columns that each fills, left to right.
+        """Return the scenes that make up the picture and the columns of each, left to right.
 
         Raises:
-            InputError: there is a ``compare``, but no scene of its right part; scene files and
-                their overrides make one.
+            InputError: there is a ``compare``, but no scene of its right part, which comes with
+                scenes that are loaded.
         """
         width = self.camera.size_px[0]
         if self.compare is None:
             return ((self, slice(0, width)),)
         if self._right is None:
             raise InputError(
-                f"{self._source_name}: compare is without the scene of its right part; load the "
-                "scene with load_scene or scene_from_text, or add it using with_right"
+                f"{self._source_name}: compare lacks the scene of its right part; load the "
+                "scene with load_scene or scene_from_text, or add that part using with_right"
             )
         column = round(self.compare.split * width)
         both = ((self, slice(0, column)), (self._right, slice(column, width)))

@@ -12,27 +12,27 @@ RadiusUm = Annotated[float, Field(ge=MIN_RADIUS_UM, le=MAX_RADIUS_UM)]
 _DISTRIBUTION = Field(
     description="how the drops' radii are distributed",
     json_schema_extra=shown_as(
-        "", "Wide distributions wash out the supernumerary bows, narrow ones show them."
+        "", "Wide distributions wash out the supernumerary bows; narrow ones show them."
     ),
 )
+_SHOWN_SIZE = shown_as(
+    "µm", "Small drops make a wide, pale bow, large ones a narrow bow of strong colours.", log=True
+)
+_SPREAD = "More spread washes out the supernumerary bows."
 
 
 class ConstantRadius(Table):
-    """All drops alike."""
+    """Drops that all have the same radius."""
 
     distribution: Annotated[Literal["constant"], _DISTRIBUTION]
     radius_um: RadiusUm = Field(
         description="radius of every drop",
-        json_schema_extra=shown_as(
-            "µm",
-            "Small drops make a wide pale bow, large ones a narrow one of strong colours.",
-            log=True,
-        ),
+        json_schema_extra=_SHOWN_SIZE,
     )
 
 
 class _Mixed(Table):
-    """Drops of several sizes: one drawn for each grid point, or all of them everywhere."""
+    """Drops of several sizes: one size drawn for each grid point, or all sizes everywhere."""
 
     # Narrowed below; declared here so that it stays the first key.
     distribution: Annotated[str, _DISTRIBUTION]
@@ -42,8 +42,8 @@ class _Mixed(Table):
         "local: each has the whole distribution",
         json_schema_extra=shown_as(
             "",
-            "Per point, fringes of single sizes shimmer through the rain; local gives the smooth "
-            "bow of the whole mixture.",
+            "Per point, fringes of single sizes show through the rain; local gives the smooth bow "
+            "of the whole mixture.",
         ),
     )
 
@@ -83,19 +83,13 @@ class NormalRadius(_Mixed):
     distribution: Annotated[Literal["normal"], _DISTRIBUTION]
     mean_um: RadiusUm = Field(
         description="mean radius",
-        json_schema_extra=shown_as(
-            "µm",
-            "Small drops make a wide pale bow, large ones a narrow one of strong colours.",
-            log=True,
-        ),
+        json_schema_extra=_SHOWN_SIZE,
     )
     std_um: float = Field(
         ge=0.1,
         le=MAX_RADIUS_UM,
         description="standard deviation of the radius",
-        json_schema_extra=shown_as(
-            "µm", "More spread washes out the supernumerary bows.", log=True
-        ),
+        json_schema_extra=shown_as("µm", _SPREAD, log=True),
     )
 
 
@@ -105,17 +99,13 @@ class LognormalRadius(_Mixed):
     distribution: Annotated[Literal["lognormal"], _DISTRIBUTION]
     median_um: RadiusUm = Field(
         description="radius that half of the drops exceed",
-        json_schema_extra=shown_as(
-            "µm",
-            "Small drops make a wide pale bow, large ones a narrow one of strong colours.",
-            log=True,
-        ),
+        json_schema_extra=_SHOWN_SIZE,
     )
     log_std: float = Field(
         ge=0.01,
         le=2,
         description="standard deviation of ln(radius)",
-        json_schema_extra=shown_as("", "More spread washes out the supernumerary bows.", log=True),
+        json_schema_extra=shown_as("", _SPREAD, log=True),
     )
 
 
@@ -132,7 +122,7 @@ class _Effective(_Mixed):
         ge=1e-4,
         le=0.45,
         description="variance over mean square of the radius, weighted by area",
-        json_schema_extra=shown_as("", "More spread washes out the supernumerary bows.", log=True),
+        json_schema_extra=shown_as("", _SPREAD, log=True),
     )
 
 
@@ -149,13 +139,13 @@ class ModifiedGammaRadius(_Effective):
     exponent: float = Field(
         ge=0.5,
         le=5,
-        description="power of the radius in the exponential; 1 is gamma",
+        description="power of the radius in the exponential; 1 gives gamma",
         json_schema_extra=shown_as("", "Higher powers cut off the largest drops."),
     )
 
 
 class MarshallPalmerRadius(_RadiusRange):
-    """Radii of rain, whose number follows from the rain rate."""
+    """Radii of raindrops, whose numbers follow from the rain rate."""
 
     distribution: Annotated[Literal["marshall-palmer"], _DISTRIBUTION]
 

@@ -1,7 +1,7 @@
-"""What the tables of a scene are made of: their base, how fields are shown, what is refused.
+"""The base of a scene's tables, the metadata of their fields, and errors about them.
 
 Every field carries its description, unit and allowed range, so that panels, documents and error
-messages speak from one source.
+messages have one source.
 """
 
 from typing import Annotated
@@ -12,7 +12,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 AXES = ("east", "north", "up")
 
-# TOML has lists where the models have tuples, hence the lax Strict.
+# TOML has lists where the models have tuples, hence Strict(False).
 # 10,000 km holds every scene on Earth, and squares of lengths still fit in float32.
 Coordinate = Annotated[float, Field(ge=-1e7, le=1e7)]
 Point = Annotated[tuple[Coordinate, Coordinate, Coordinate], Strict(False)]
@@ -31,13 +31,13 @@ def refused(message: str) -> PydanticCustomError:
 
 
 def misplaced(path: tuple[str, ...], message: str) -> InitErrorDetails:
-    """Return the problem of a key that does not fit here: shown as ``key message``."""
+    """Return the problem of a key in the wrong place: shown as ``key message``."""
     error = PydanticCustomError("misplaced", "{message}", {"message": message})
     return InitErrorDetails(type=error, loc=path, input=None)
 
 
 def missing(path: tuple[str, ...], remedy: str) -> InitErrorDetails:
-    """Return the problem of a key that is needed here: shown as ``key is missing; remedy``."""
+    """Return the problem of a missing key: shown as ``key is missing; remedy``."""
     error = PydanticCustomError("missing_here", "{message}", {"message": remedy})
     return InitErrorDetails(type=error, loc=path, input=None)
 
@@ -49,9 +49,9 @@ def shown_as(
 
     Args:
         unit: empty for names, switches and counts.
-        effect: what it does to the bow.
-        usual: the range that a slider covers, of a number that may be far beyond it.
-        log: whether a slider moves by factors.
+        effect: what the field does to the bow.
+        usual: range of a slider, where the allowed range is far wider.
+        log: whether the slider is logarithmic.
     """
     shown: JsonDict = {"unit": unit, "effect": effect}
     if usual is not None:

@@ -1,4 +1,4 @@
-"""``rtbow table`` as a command: what it tells, exports and builds."""
+"""``rtbow table``: what it shows, exports and builds."""
 
 from __future__ import annotations
 

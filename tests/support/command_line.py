@@ -1,4 +1,4 @@
-"""The command line as tests run it, and what they ask of how a run ended."""
+"""The command line as tests run it, and checks of how a run ended."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ def execute(*args: str, **options) -> Result:
 
 
 def names(folder: Path) -> list[str]:
-    """Give the names of all that a folder holds."""
+    """Return the names of everything in a folder."""
     return sorted(path.name for path in folder.iterdir())
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Give all that a folder holds."""
+    """Return the bytes of each file in a folder and those inside it, by path."""
     files = (p for p in folder.rglob("*") if p.is_file() and not p.is_symlink())
     return {str(p.relative_to(folder)): p.read_bytes() for p in files}
 
 
 def assert_message(result: Result, code: int, *words: str) -> None:
-    """One message on stderr and nothing else."""
+    """Check that a run ended with a message on stderr and nothing else."""
     assert result.code == code, result
     assert result.out == ""
     assert result.err.startswith("rtbow")
@@ -65,6 +65,6 @@ def assert_message(result: Result, code: int, *words: str) -> None:
 
 
 def assert_refused(result: Result, *words: str) -> None:
-    """One line that says what is wrong with the input."""
+    """Check that a run ended with one line about wrong input."""
     assert_message(result, 2, *words)
     assert result.err.count("\n") == 1, result.err

@@ -1,4 +1,4 @@
-"""Scenes that the tests take apart."""
+"""Scenes for tests to change and to break."""
 
 import re
 from collections.abc import Mapping
@@ -39,7 +39,7 @@ _PLACE = re.compile(r"(?m)^storm\.toml: line ([0-9]+): (?!is not)")
 def problems(text: str, overrides: Mapping[str, object] | None = None) -> list[str]:
     """Return the lines of the message about a wrong scene called ``storm.toml``.
 
-    The line's number in front of a value is left out; other tests look at it.
+    Numbers of lines in front of keys are left out.
     """
     with pytest.raises(InputError) as caught:
         scene_from_text(text, "storm.toml", overrides=overrides)

@@ -1,4 +1,4 @@
-"""Turns what pydantic finds wrong in a scene into messages that say what is allowed."""
+"""Messages about wrong scenes, made from the errors of pydantic."""
 
 from collections.abc import Collection
 
@@ -29,13 +29,13 @@ def explain(
     """Return one line per problem: where, what, what is allowed, what to do.
 
     Args:
-        error: what pydantic found in the whole scene.
-        name: the scene's file or name, put in front of each problem of its own.
-        overrides: dotted keys that came from ``--set``; problems below them are theirs.
-        lines: of the scene's text; None where the values have none.
+        error: of the whole scene.
+        name: the scene's file or name, which begins the lines about its text.
+        overrides: dotted keys from ``--set``, which begins the lines about them.
+        lines: of the scene's text, if there is one.
     """
-    found: dict[str, None] = {}  # a set that keeps its order
-    meant: set[str] = set()  # keys that were there, but misspelt
+    messages: dict[str, None] = {}  # a set that keeps its order
+    meant: set[str] = set()  # keys that are there, but misspelt
     for problem in error.errors(include_url=False):
         path, node = _place(problem["loc"])
         if problem["type"] == "extra_forbidden":
@@ -53,16 +53,16 @@ def explain(
         text, by_override = _text(problem, kind, path, node, overrides)
         if by_override:
             set_key = text.startswith(dotted(path))
-            found[f"--set {text}" if set_key else f"--set: {text}"] = None
+            messages[f"--set {text}" if set_key else f"--set: {text}"] = None
         else:
             tag = problem["ctx"]["discriminator"].strip("'") if kind == "union_tag_invalid" else ""
             place = line_text(lines, (*path, tag) if tag else path)
-            found[f"{name}: {place}{text}"] = None
-    return "\n".join(found)
+            messages[f"{name}: {place}{text}"] = None
+    return "\n".join(messages)
 
 
 def line_text(lines: Lines | None, path: Key) -> str:
-    """Say in which line a key stands, in front of a message; nothing where that is not known."""
+    """Return the line of a key, as messages begin; empty if it is not known."""
     line = lines.of(path) if lines is not None else None
     return "" if line is None else f"line {line}: "
 
@@ -74,7 +74,7 @@ def _text(
     node: Node,
     overrides: Collection[str],
 ) -> tuple[str, bool]:
-    """Say what is wrong and what to do, and whether that came from ``--set``."""
+    """Return what is wrong and what to do, and whether it came from ``--set``."""
     key, value = dotted(path), problem["input"]
     by_override = any(key == o or key.startswith(f"{o}.") for o in overrides)
     if kind == "extra_forbidden":
@@ -94,16 +94,16 @@ def _text(
         text = f"{key}.{tag} = {shown(value[tag])}; must be {kinds}"
     else:
         text = f"{key} = {shown(value)}; {_remedy(kind, path, node, problem)}"
-    # What is wrong with a list or table as a whole may come from one item set inside it.
+    # A list or table may be wrong as a whole because of an item set inside it.
     if isinstance(value, list) or kind == "misplaced":
         by_override = by_override or any(o.startswith(f"{key}.") for o in overrides)
     return text, by_override
 
 
 def _place(loc: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Node]:
-    """Return an error's key path and schema node, without the tags of pydantic's unions.
+    """Return an error's key path, without the tags of pydantic's unions, and its schema node.
 
-    Of a path that the schema does not know, the node is that of the last known table.
+    A path that the schema does not know has the node of its last known table.
     """
     path: list[str | int] = []
     node = ROOT
@@ -122,7 +122,7 @@ def _misspelt(path: tuple[str | int, ...], table: Node) -> str:
 
 
 def _unknown_key(path: tuple[str | int, ...], loc: tuple[str | int, ...]) -> str:
-    """Say what to do about an unknown key; a key of another distribution gets its own message."""
+    """Return what to do about an unknown key, or one of another kind of light or distribution."""
     key, table = dotted(path), dotted(path[:-1])
     _, chosen = _place(loc)
     whole = ROOT
@@ -167,7 +167,7 @@ def _remedy(kind: str, path: tuple[str | int, ...], node: Node, problem: ErrorDe
 
 
 def _tag_and_kinds(problem: ErrorDetails, node: Node) -> tuple[str, str]:
-    """Return the key that tells the kinds of a table apart, and what it may be, in words."""
+    """Return the key that selects a table's kind, and its allowed values in words."""
     tag = str(problem["ctx"]["discriminator"]).strip("'")
     choice = node.child(tag)
     assert choice is not None

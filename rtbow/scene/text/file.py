@@ -1,4 +1,4 @@
-"""Finds and reads scene files and overrides as typed, and reports what is wrong in them."""
+"""Reads scene files, and overrides as they are typed after ``--set``."""
 
 import difflib
 import os
@@ -25,8 +25,8 @@ def load_scene(
     """Read a scene file or a built-in scene, with some of its values replaced.
 
     Args:
-        name_or_path: a path that ends with ``.toml``, or the name of a built-in scene; None is
-            the default scene.
+        name_or_path: a path that ends with ``.toml``, or the name of a built-in scene; the
+            default scene if None.
         overrides: values by dotted key, such as ``{"light.0.altitude_deg": 5}``. Paths among them
             are relative to the current folder, those in the file to the file.
 
@@ -49,7 +49,7 @@ def scene_from_text(
     Args:
         text: the scene.
         name: what messages call it.
-        folder: where relative paths in the text start; None is the current folder.
+        folder: where relative paths in the text start; the current folder if None.
         overrides: as in :func:`load_scene`.
 
     Raises:
@@ -63,22 +63,23 @@ def scene_from_text(
 
 
 def with_overrides_noted(text: str, overrides: Mapping[str, object]) -> str:
-    """Give a scene's text with overrides as comments ``# --set key=value`` at its end."""
+    """Return a scene's text with overrides as comments ``# --set key=value`` at its end."""
     if overrides and text and not text.endswith("\n"):
         text += "\n"
-    return text + "".join(f"# --set {typed_override(*one)}\n" for one in overrides.items())
+    typed = (typed_override(key, value) for key, value in overrides.items())
+    return text + "".join(f"# --set {override}\n" for override in typed)
 
 
 def typed_override(key: str, value: object) -> str:
-    """Give an override as it is typed after ``--set``: :func:`parse_set` reads it back."""
+    """Return an override as it is typed after ``--set``: :func:`parse_set` reads it back."""
     return f"{key}={toml_text(value)}"
 
 
 def builtin_scenes() -> dict[str, Path]:
-    """Return the built-in scenes' files by name, sorted; names in subfolders hold a slash."""
+    """Return the files of the built-in scenes by name, sorted; a subfolder is part of the name."""
     folder = resource_dir("scenes")
-    found = {p.relative_to(folder).with_suffix("").as_posix(): p for p in folder.rglob("*.toml")}
-    return dict(sorted(found.items()))
+    paths = {p.relative_to(folder).with_suffix("").as_posix(): p for p in folder.rglob("*.toml")}
+    return dict(sorted(paths.items()))
 
 
 def scene_title(path: Path) -> str:
@@ -100,7 +101,7 @@ def parse_set(text: str) -> tuple[str, object]:
     """Split ``key.path=value`` into key and value.
 
     The value is TOML (``5``, ``[640, 360]``, ``true``, ``"E490"``); what is not, such as ``FL2``
-    or ``rain/shower.npz``, is taken as text. ``none`` is None, which takes the value out.
+    or ``rain/shower.npz``, is text. ``none`` is None, which removes the value.
 
     Raises:
         InputError: no key, no value, or a list, table or quoted text that does not end.
@@ -122,7 +123,7 @@ def parse_set(text: str) -> tuple[str, object]:
 
 
 def _find_scene(name: str) -> Path:
-    """Return the file of a scene, which exists if the scene is a built-in one."""
+    """Return the file of a scene; one with a path may not exist."""
     if name.lower().endswith(".toml"):
         return Path(name)
     scenes = builtin_scenes()

@@ -11,9 +11,9 @@ Key = Sequence[str | int]
 """Tables' keys and lists' indices, from the outermost on."""
 
 _START = re.compile(r"\s*(\[\[?[^\[\],]+\]\]?\s*(#.*)?$|[\w\"'][^=\[\]{},]*=)")
-"""What a line with a table's head or a key begins with; lines of long texts may, too."""
+"""Lines with a table's head or a key begin like this; lines inside a long text may, too."""
 _MOST_TRIES = 200
-"""At most, to find the end of a statement that holds lines which look like others."""
+"""Limits the search for the end of a statement whose own lines look like statements."""
 
 
 class Lines:
@@ -27,21 +27,22 @@ class Lines:
         self._lines = text.replace("\r\n", "\n").split("\n")
 
     def of(self, key: Key) -> int | None:
-        """Give the line, from 1, of a key or of the innermost table around it that is there.
+        """Return the line, from 1, of a key; if the text lacks it, of the table around it.
 
         Args:
-            key: of a value or table; one that the text lacks may end with keys that are not there.
+            key: of a value or a table.
 
         Returns:
-            None if not even its outermost table is there, or the text has a form that is too odd.
+            None if the text lacks the key's outermost table, too, or its statements cannot be told
+            apart.
         """
         starts = self._starts()
         whole = self._before(len(self._lines)) or {}
         known = next((n for n in range(len(key), 0, -1) if _has(whole, key[:n])), 0)
         if known == 0:
             return None
-        # A text that ends before a statement is valid, too: the first one behind which the key is
-        # there holds it, and is found by halves.
+        # A text cut off before a statement is still valid: bisection finds the first statement
+        # after which the key is there.
         low, high = 0, len(starts)
         while high - low > 1:
             middle = (low + high) // 2
@@ -55,21 +56,21 @@ class Lines:
         return starts[low] + 1
 
     def _starts(self) -> list[int]:
-        """Give the lines, from 0, in which statements begin."""
+        """Return the lines, from 0, in which statements begin."""
         marks = [n for n, line in enumerate(self._lines) if _START.match(line)]
-        found: list[int] = []
+        starts: list[int] = []
         tries = 0
         for mark, end in zip(marks, [*marks[1:], len(self._lines)], strict=False):
-            first = found[-1] if tries else mark
+            first = starts[-1] if tries else mark
             if not tries:
-                found.append(mark)
+                starts.append(mark)
             tries += 1
             if tries > _MOST_TRIES or _parsed("\n".join(self._lines[first:end])) is not None:
                 tries = 0
-        return found
+        return starts
 
     def _before(self, line: int) -> dict[str, Any] | None:
-        """Read the lines before one; None where they are no whole statements."""
+        """Parse the lines before ``line``; None if they end inside a statement."""
         return _parsed("\n".join(self._lines[:line]))
 
 

@@ -1,4 +1,4 @@
-"""Replaces values of a scene by dotted key, as ``--set``, ``compare`` and panels do."""
+"""Values of a scene replaced by dotted key, for ``--set``, ``compare`` and the panel."""
 
 import os
 import re
@@ -25,7 +25,7 @@ def plain(value: object) -> Any:
 
 def flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield dotted keys and values of nested tables."""
-    # A stack of our own: tables may be nested more deeply than Python's.
+    # Not by recursion: tables may be nested more deeply than Python's stack allows.
     waiting = list(reversed(list(table.items())))
     while waiting:
         key, value = waiting.pop()
@@ -36,7 +36,7 @@ def flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def apply_overrides(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Put all overrides into a scene's values, in place; whole tables before keys inside them.
+    """Put overrides into a scene's values, in place: whole tables before keys inside them.
 
     Raises:
         InputError: keys that no scene has, or list items that this one lacks.
@@ -53,7 +53,7 @@ def apply_overrides(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
 
 
 def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Take out what a newly chosen kind of light, distribution or volume file replaces."""
+    """Remove what a newly chosen kind of light, distribution or volume file replaces."""
     _drop_other_lights_keys(data.get("light"), changes)
     droplets = data.get("droplets")
     if not isinstance(droplets, dict):
@@ -61,7 +61,7 @@ def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
     if changes.get("droplets.file") is not None:
         for key in ("box_m", "grid", "radius", "density"):
             if not any(f"{change}.".startswith(f"droplets.{key}.") for change in changes):
-                droplets.pop(key, None)  # one that is itself overridden is left for validation
+                droplets.pop(key, None)  # validation refuses one that is overridden
     whole = changes.get("droplets.radius")
     chosen = changes.get(
         "droplets.radius.distribution",
@@ -72,7 +72,7 @@ def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
     kind = kinds and kinds.kind(chosen)
     radius, density = droplets.get("radius"), droplets.get("density")
     if not kinds or not kind or kind is kinds or not isinstance(radius, dict):
-        return  # no distribution chosen, or one that validation will refuse
+        return  # no distribution chosen, or one that validation refuses
     if chosen == radius.get("distribution"):
         return
     for key in kinds.fields.keys() - kind.fields.keys():
@@ -88,13 +88,13 @@ def _drop_other_lights_keys(lights: object, changes: Mapping[str, Any]) -> None:
         chosen = changes.get(f"light.{number}.type")
         kind = kinds.kind(chosen)
         if kind is kinds or not isinstance(light, dict) or light.get("type", "sun") == chosen:
-            continue  # no kind chosen, or one that validation will refuse
+            continue  # no kind chosen, or one that validation refuses
         for key in kinds.fields.keys() - kind.fields.keys():
             light.pop(key, None)
 
 
 def _apply(data: dict[str, Any], key: str, value: object) -> None:
-    """Put one override into a scene's values, in place, making the tables it needs."""
+    """Put an override into a scene's values, in place; missing tables are added."""
     node: Node = ROOT
     at: Any = data
     parts = key.split(".")

@@ -1,4 +1,4 @@
-"""What the scene's models allow, asked by key: for messages, overrides, panels and documents."""
+"""What a scene may hold, by key: for messages, overrides, the panel and documents."""
 
 import difflib
 import json
@@ -60,11 +60,11 @@ class Node:
     @property
     def fields(self) -> dict[str, FieldInfo]:
         """The keys this table may hold, in order; none if it is no table."""
-        found: dict[str, FieldInfo] = {}
+        fields: dict[str, FieldInfo] = {}
         for model in self.models:
             for name, field in model.model_fields.items():
-                found.setdefault(name, field)
-        return found
+                fields.setdefault(name, field)
+        return fields
 
     def child(self, part: str | int) -> "Node | None":
         """Return what lies under a key or list index; None if the schema has no such place."""
@@ -76,7 +76,7 @@ class Node:
         if field is None:
             return None
         if len(self.models) > 1 and get_origin(field.annotation) is Literal:
-            # What tells the kinds apart may be any of theirs; other words are those of some kinds.
+            # The key that selects the kind may have the value of any.
             tags = [
                 get_args(m.model_fields[part].annotation)
                 for m in self.models
@@ -96,14 +96,14 @@ class Node:
     @property
     def range(self) -> str:
         """The allowed range of a number, such as ``1..5000``; empty if there is none."""
-        found = {
+        limits = {
             name: _number(getattr(limit, name))
             for limit in self.metadata
             for name in ("ge", "gt", "le", "lt")
             if hasattr(limit, name)
         }
-        if found.keys() == {"ge", "le"}:
-            return f"{found['ge']}..{found['le']}"
+        if limits.keys() == {"ge", "le"}:
+            return f"{limits['ge']}..{limits['le']}"
         words = {
             "gt": "greater than {}",
             "ge": "{} or more",
@@ -111,11 +111,11 @@ class Node:
             "le": "up to {}",
         }
         return " and ".join(
-            text.format(found[name]) for name, text in words.items() if name in found
+            text.format(limits[name]) for name, text in words.items() if name in limits
         )
 
     def expects(self) -> str:
-        """Say in words what may stand here, to follow "must be"."""
+        """Return in words what is allowed, to follow "must be"."""
         if self.models:
             return "a table"
         if get_origin(self.annotation) is Literal:

@@ -1,4 +1,4 @@
-"""Makes scenes from plain values, and plain values and TOML from scenes."""
+"""Scenes from plain values, and plain values and TOML from scenes."""
 
 import os
 import re
@@ -22,7 +22,7 @@ def scene_from_values(
     """Check values, with some replaced, and make their scene.
 
     Args:
-        data: as TOML gives them, paths absolute; replaced in place.
+        data: as TOML gives them, paths absolute; changed in place.
         name: what messages call the scene.
         changes: plain values by dotted key; relative paths start at the current folder.
         lines: of the text that the values come from, for messages.
@@ -39,10 +39,10 @@ def scene_from_values(
 
 
 def changed_scene(scene: Scene, changes: Mapping[str, object]) -> Scene:
-    """Give a scene with some of its values replaced; None takes one out.
+    """Return a scene with some of its values replaced; None removes one.
 
     Args:
-        scene: the scene; its source stays the new one's.
+        scene: the scene; the new one keeps its source.
         changes: values by dotted key, as for :func:`rtbow.load_scene`.
 
     Raises:
@@ -91,12 +91,12 @@ def scene_text(scene: Scene, folder: Path | None = None) -> str:
 
 
 def differences(origin: Scene, scene: Scene) -> dict[str, Any]:
-    """Give overrides that turn a scene into another, None for what it leaves out."""
+    """Return overrides that turn a scene into another; None removes a value."""
     return dict(_differing(values_of(origin), values_of(scene), ""))
 
 
 _KINDS = ("type", "distribution")
-"""Keys that decide which others a table may have."""
+"""These keys decide which others a table may have."""
 
 
 def _differing(before: Any, after: Any, place: str) -> Iterator[tuple[str, Any]]:
@@ -105,11 +105,11 @@ def _differing(before: Any, after: Any, place: str) -> Iterator[tuple[str, Any]]
             yield place, after
             return
         for key in {**before, **after}:
-            here = f"{place}.{key}" if place else key
-            yield from _differing(before.get(key), after.get(key), here)
+            inner = f"{place}.{key}" if place else key
+            yield from _differing(before.get(key), after.get(key), inner)
     elif place == "light" and len(before) == len(after):
-        for number, (one, other) in enumerate(zip(before, after, strict=True)):
-            yield from _differing(one, other, f"light.{number}")
+        for number, (old, new) in enumerate(zip(before, after, strict=True)):
+            yield from _differing(old, new, f"light.{number}")
     elif before != after:
         yield place, after
 
@@ -120,23 +120,23 @@ def resolve_paths(values: dict[str, Any], folder: Path) -> None:
 
 
 def scene_files(scene: Scene) -> tuple[str, ...]:
-    """Give the paths of the files that a scene names: its volume and spectra, on both sides."""
-    found: list[str] = []
+    """Return the paths of the volumes and spectra that a scene names, in both its parts."""
+    paths: list[str] = []
 
     def note(path: str) -> str:
-        found.append(path)
+        paths.append(path)
         return path
 
     _with_paths(values_of(scene), note)
-    return tuple(found)
+    return tuple(paths)
 
 
 def place_of(scene: Scene, key: str) -> str:
     """Say where a scene's value was given, for messages about what it names.
 
     Args:
-        scene: the scene; its text tells what was typed after ``--set``, too.
-        key: dotted.
+        scene: the scene; its text ends with what was typed after ``--set``.
+        key: the value's, dotted.
     """
     parts = key.split(".")
     typed = _TYPED.findall(scene.source_text)
@@ -145,7 +145,7 @@ def place_of(scene: Scene, key: str) -> str:
             return f"--set {near}"
     line = line_text(Lines(scene.source_text), parts)
     if line == line_text(Lines(scene.source_text), parts[:-1]):
-        line = ""  # that of the table, which may lack the key
+        line = ""  # the table's own, which may lack the key
     return f"{scene.source_name}: {line}{key}"
 
 
@@ -162,18 +162,18 @@ def _with_paths(values: dict[str, Any], change: Callable[[str], str]) -> None:
 
 
 def _paths_in(table: dict[str, Any], change: Callable[[str], str], place: str) -> None:
-    """Do so in one table and those inside it; keys may be dotted, as in ``compare.right``."""
+    """Change paths in a table and those inside it; keys may be dotted, as in ``compare.right``."""
     for key, value in table.items():
-        here = f"{place}.{key}" if place else key
-        if isinstance(value, dict) and re.fullmatch(r"droplets|light(\.[0-9]+)?", here):
-            _paths_in(value, change, here)
-        elif isinstance(value, list) and here == "light":
+        inner = f"{place}.{key}" if place else key
+        if isinstance(value, dict) and re.fullmatch(r"droplets|light(\.[0-9]+)?", inner):
+            _paths_in(value, change, inner)
+        elif isinstance(value, list) and inner == "light":
             for light in value:
                 if isinstance(light, dict):
                     _paths_in(light, change, "light.0")
         elif isinstance(value, str) and value:
-            spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", here)
-            if here == "droplets.file" or (spectrum and value.lower().endswith(".csv")):
+            spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", inner)
+            if inner == "droplets.file" or (spectrum and value.lower().endswith(".csv")):
                 table[key] = change(value)
 
 
@@ -193,7 +193,7 @@ def _right_part(
     overrides: Collection[str],
     lines: Lines | None,
 ) -> Scene:
-    """Make the scene of the right part of ``compare``: its keys are overrides of the left.
+    """Return the scene of the right part of ``compare``, whose keys are overrides of the left.
 
     Args:
         scene: the scene as it stands.
@@ -206,13 +206,13 @@ def _right_part(
         InputError: a key that no scene has, one that both parts must share, or a wrong value.
     """
     assert scene.compare is not None
-    # TOML has no word for what is left out; --set has.
+    # TOML has no null; a value that is left out is written as --set writes it.
     changes = {
         key: None if value == toml_text(None) else value for key, value in flat(scene.compare.right)
     }
 
     def typed(key: str) -> str:
-        """Name a key as it was typed: after ``--set``, or in the file."""
+        """Return a key as it was typed: after ``--set``, or in the file."""
         whole = f"compare.right.{key}"
         if any(f"{whole}.".startswith(f"{o}.") for o in overrides):
             return f"--set {whole}"
@@ -230,7 +230,7 @@ def _right_part(
         text = re.sub(r"(?m)^--set: ", f"{name}: {right_table}compare.right: ", str(error))
         text = re.sub(r"(?m)^--set ([^ :;=]+)", lambda found: typed(found[1]), text)
         raise InputError(text) from None
-    if right.camera.size_px != scene.camera.size_px:  # a whole camera that leaves it out
+    if right.camera.size_px != scene.camera.size_px:  # a whole camera table may lack it
         raise InputError(
             f"{name}: compare.right.camera: both parts share camera.size_px; change single keys,"
             " such as camera.fov_deg"
