@@ -132,7 +132,7 @@ def main() -> None:
 def _interruption(error: BaseException) -> BaseException | None:
     """Return the Ctrl-C or SIGTERM behind an error from compiled code, if there is one.
 
-    Numba's call "returned a result with an exception set", a SystemError.
+    Numba raises a SystemError then: its call "returned a result with an exception set".
     """
     inner: BaseException | None = error if isinstance(error, SystemError) else None
     while inner is not None and not isinstance(inner, KeyboardInterrupt | _Terminated):
