@@ -1,4 +1,4 @@
-"""The verb ``rtbow animate``: frames and films of a scene whose keys move."""
+"""The verb ``rtbow animate``: frames and films of a scene, some keys of which move."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from rtbow.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from rtbow.base.arrays import Progress
     from rtbow.physics.light.sun_position import SunPosition
     from rtbow.render.renderer import Method
     from rtbow.sequence.run import Report
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Day:
-    """A place and a date, as typed."""
+    """A place and a date, with the text that was typed."""
 
     text: str
     latitude_deg: float
@@ -79,7 +78,7 @@ def _place_and_date(value: str) -> _Day:
     type=WholeNumber(1, 100_000),
     required=True,
     metavar="N",
-    help="How many frames.",
+    help="Number of frames.",
 )
 @click.option(
     "-o",
@@ -94,7 +93,7 @@ def _place_and_date(value: str) -> _Day:
 @click.option(
     "--overwrite",
     is_flag=True,
-    help="Replace files of those names that rtbow animate did not write.",
+    help="Replace files in the way, even if rtbow animate did not write them.",
 )
 @click.option("--fps", type=float, metavar="FPS", help="Pictures a second of a film; left out: 30.")
 @drawing_options(
@@ -117,9 +116,9 @@ def animate(
 ) -> None:
     """Render a sequence of frames, or a film, while keys of the scene move.
 
-    Frames that are there already and were made from the same are kept: an interrupted run goes on
-    where it was. Frames of other sequences are replaced. A film begins anew, made of the frames if
-    they are written beside it.
+    Frames that an earlier run made of the same scene are kept, so that an interrupted run goes on
+    where it stopped; NAME.sequence.json beside them lists those that are done. Frames of other
+    sequences are replaced. A film is always written anew, from the frames if they are kept.
 
     Example: rtbow animate --key light.0.altitude_deg=0:40 --frames 120 -o rise_%04d.png -o rise.mp4
     """  # fmt: skip
@@ -149,23 +148,19 @@ def animate(
         fps=DEFAULT_FPS if fps is None else fps,
         overwrite=overwrite,
         command=shlex.join(["rtbow", *sys.argv[1:]]),
-        show=lambda label, unit: _bar(label, unit, quiet),
+        show=lambda label, unit: progress_bar(label, quiet, unit),
     )
     if not quiet:
         for output in outputs:
             click.echo(output)
-        click.echo(_said(report, drawing.method), err=True)  # beside the names, which scripts read
+        click.echo(_summary(report, drawing.method), err=True)  # apart from the names, for scripts
         left = frames_beyond(wanted, count)
         if left:
             click.echo(_left_over(left), err=True)
 
 
-def _bar(label: str, unit: str, quiet: bool) -> Progress:
-    return progress_bar(label, quiet, unit)
-
-
-def _said(report: Report, method: Method) -> str:
-    """Tell what was drawn and what was there."""
+def _summary(report: Report, method: Method) -> str:
+    """Say how many frames were drawn, and how many kept."""
     drawn = f"{report.drawn} frame{'' if report.drawn == 1 else 's'} drawn"
     if method == "auto" and report.methods:
         drawn += f" by method {', '.join(report.methods)}"
@@ -173,7 +168,7 @@ def _said(report: Report, method: Method) -> str:
 
 
 def _left_over(paths: list[str]) -> str:
-    """Tell of frames that lie beyond the last, as a longer sequence leaves them."""
+    """Name the frames that lie beyond the last, as a longer sequence leaves them."""
     more = len(paths) - 1
     which = f"{paths[0]} and {more} more lie" if more else f"{paths[0]} lies"
     them = "them if they do" if more else "it if it does"

@@ -1,4 +1,4 @@
-"""The verb ``rtbow chart``: pictures of the scattering table."""
+"""The verb ``rtbow chart``: charts of the scattering tables."""
 
 from __future__ import annotations
 
@@ -21,12 +21,8 @@ from rtbow.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from rtbow.study.charts import (
-        Component,
-        Normalise,
-        Scale,
-        Setup,
-    )
+    from rtbow.study.charts import Component, Scale, Setup
+    from rtbow.study.lee import Normalise
 
 
 def _raster_size(value: Any) -> tuple[int, int]:
@@ -47,18 +43,22 @@ def _setup(theory: str, disc: float, spread: float, temperature: float) -> Setup
 def _shared(theory: str) -> Option:
     """Add the options that every chart has."""
     return grouped(
-        click.option("-o", "--output", required=True, metavar="OUT", help="Where: .png or .svg."),
+        click.option(
+            "-o", "--output", required=True, metavar="OUT", help="File to write: .png or .svg."
+        ),
         choice_option("--theory", ("airy", "mie", "both"), "Theory of the single drop.", theory),
         disc_option,
         spread_option,
-        number_option("--temperature", 20.0, "C", "Of the water, -12..60 degrees Celsius."),
+        number_option(
+            "--temperature", 20.0, "C", "Temperature of the water, -12..60 degrees Celsius."
+        ),
         quiet_option,
     )
 
 
 @click.group()
 def chart() -> None:
-    """Draw the scattering table: .png or .svg.
+    """Draw the scattering tables: .png or .svg.
 
     Example: rtbow chart lee -o lee.png
     """
@@ -76,7 +76,7 @@ def chart() -> None:
 @choice_option(
     "--scale",
     ("linear", "log"),
-    "Of the cross-section; linear draws a panel for each radius.",
+    "Scale of the cross-section; linear draws a panel for each radius.",
 )
 @click.option("--difference", is_flag=True, help="Add a panel of Airy minus Mie.")
 @number_option(
@@ -104,14 +104,10 @@ def chart_profile(
     """  # fmt: skip
     from rtbow.base.errors import InputError
     from rtbow.base.files import check_writable
-    from rtbow.study.charts import (
-        CHART_SUFFIXES,
-        PROFILE_FROM_DEG,
-        draw_profiles,
-        profiles,
-    )
+    from rtbow.frames.plot import PLOT_SUFFIXES
+    from rtbow.study.charts import PROFILE_FROM_DEG, draw_profiles, profiles
 
-    check_writable(output, CHART_SUFFIXES)
+    check_writable(output, PLOT_SUFFIXES)
     if difference and theory != "both":
         raise InputError(
             f"--difference: Airy minus Mie needs both theories, not --theory {theory}; add"
@@ -119,14 +115,8 @@ def chart_profile(
         )
     angles = (PROFILE_FROM_DEG[scale] if from_deg is None else from_deg, to_deg)
     setup = _setup(theory, disc, spread, temperature)
-    data = profiles(
-        setup,
-        radius_um,
-        wavelength_nm,
-        angles,
-        component,
-        progress_bar("building the table", quiet, "part"),
-    )
+    progress = progress_bar("building the table", quiet, "part")
+    data = profiles(setup, radius_um, wavelength_nm, angles, component, progress)
     draw_profiles(Path(output), data, scale, difference)
     if not quiet:
         click.echo(output)
@@ -169,10 +159,10 @@ def chart_lee(
     Example: rtbow chart lee -o lee.png --theory both --radius-from 5
     """  # fmt: skip
     from rtbow.base.files import check_writable
-    from rtbow.study.charts import CHART_SUFFIXES
+    from rtbow.frames.plot import PLOT_SUFFIXES
     from rtbow.study.lee import draw_lee, lee_raster
 
-    check_writable(output, CHART_SUFFIXES)
+    check_writable(output, PLOT_SUFFIXES)
     setup = _setup(theory, disc, spread, temperature)
     radii, angles = (radius_from, radius_to), (from_deg, to_deg)
     data = lee_raster(setup, radii, angles, size, progress_bar("colours", quiet, "step"))

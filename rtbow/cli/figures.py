@@ -1,4 +1,4 @@
-"""``rtbow figures``: the paper's figures."""
+"""The verb ``rtbow figures``: the paper's figures."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ from rtbow.cli.options import (
 
 @click.command()
 @click.option("-o", "--output", "output", required=True, metavar="DIR", help="Folder to write to.")
-@click.option("--only", multiple=True, metavar="NAME", help="Such as fig5f. May be repeated.")
+@click.option(
+    "--only", multiple=True, metavar="NAME", help="A figure, such as fig5f. May be repeated."
+)
 @size_option("Width and height in pixels; left out: 480x270.")
 @backend_option
 @quiet_option
@@ -26,7 +28,7 @@ def figures(
 ) -> None:
     """Render the paper's figures, with a page of pictures and measured claims.
 
-    What is finished stays: an interrupted run goes on where it was.
+    Finished frames are kept: an interrupted run goes on where it stopped.
 
     Example: rtbow figures -o figures --only fig5f
     """  # fmt: skip

@@ -1,4 +1,4 @@
-"""The look that all of rtbow's plots share, and how they are written."""
+"""Plots: the look that they share, and their files."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ GREY = "#555555"
 GRID_GREY = "#dddddd"
 _DPI = 150
 _LEAST_RATIO = 10.0
-"""Between the ends of a logarithmic axis: noise in numbers that are close would else fill it."""
+"""Least ratio of a logarithmic axis's ends: noise would fill a shorter one."""
 _FEW = 200.0
-"""Below this ratio, 2 and 5 are written along a logarithmic axis, too."""
+"""Below this ratio of its ends, a logarithmic axis is labelled at 2 and 5, too."""
 _STYLE = {
     "font.family": ["DejaVu Sans"],  # comes with matplotlib: the same picture everywhere
     "font.size": 10.0,
@@ -37,7 +37,7 @@ _STYLE = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw with the shared fonts and lines meanwhile."""
+    """Draw with the shared fonts and lines within the block."""
     import matplotlib
 
     with matplotlib.rc_context(_STYLE):  # type: ignore[arg-type]
@@ -53,11 +53,11 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def caption(figure: Any, text: str) -> None:
-    """Write what a figure assumes below it, and keep that room free."""
+    """Write a text, such as what a figure assumes, into a margin below it."""
     width, height = figure.get_size_inches()
     lines = textwrap.wrap(f"{text}. rtbow {__version__}", int(width * 18.0))
     room = (0.14 * len(lines) + 0.12) / height
-    # Panels side by side stay so far apart that the numbers at their corners do.
+    # Panels side by side stay far enough apart for the numbers at their corners.
     figure.get_layout_engine().set(rect=(0.0, room, 1.0, 1.0 - room), wspace=0.05)
     figure.text(
         0.08 / width, 0.07 / height, "\n".join(lines), fontsize=7.5, color=GREY, va="bottom"
@@ -76,7 +76,7 @@ def log_scale(axes: Any, name: str) -> None:
     """Make the x or y axis logarithmic and a decade long at least, with plain numbers along it.
 
     Args:
-        axes: with all their curves.
+        axes: the axes, with all their curves.
         name: ``"x"`` or ``"y"``.
     """
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -92,11 +92,11 @@ def log_scale(axes: Any, name: str) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def save(figure: Any, path: Path) -> None:
+def save(figure: Any, path: Path, dpi: float = _DPI) -> None:
     """Write a figure, ``.png`` or ``.svg``, whole or not at all."""
     buffer = io.BytesIO()
     kind = path.suffix.lower().removeprefix(".")
-    # No date and no version of the library inside: the same numbers give the same file.
+    # Without a date and the library's version: the same numbers give the same file.
     metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": "rtbow"}
-    figure.savefig(buffer, format=kind, dpi=_DPI, metadata=metadata)
+    figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata)
     write_atomic(path, buffer.getvalue())

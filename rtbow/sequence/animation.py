@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from rtbow.physics.light.sun_position import SunPosition
 
 SUN_KEYS = ("light.0.altitude_deg", "light.0.azimuth_deg")
-"""What a sun's path moves."""
+"""A path of the sun moves these keys."""
 _PLACES = re.compile(
     r"(camera|light\.[0-9]+)\.(position_m(\.[0-2])?|azimuth_deg|altitude_deg)|camera\.fov_deg"
 )
-"""Keys that say where camera and lights are: method ``fast`` keeps its tables when they change."""
+"""These keys say where camera and lights are: method ``fast`` keeps its tables as they change."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Move:
     """A numeric key of the scene on its way from one value to another, in even steps.
 
     Attributes:
-        key: as typed after ``--set``.
+        key: the key, as typed after ``--set``.
         start: its value in the first frame.
-        end: its value in the last one. Between whole numbers it takes whole numbers.
+        end: its value in the last frame. Between whole numbers all values are whole.
     """
 
     key: str
@@ -43,12 +43,12 @@ class Move:
 
     def at(self, number: int, count: int) -> float | int:
         """Give the value in a frame, counted from 0."""
-        if number == 0:  # the only one, perhaps
+        if number == 0:  # the last, too, if there is one frame
             return self.start
-        if number == count - 1:  # without the rounding of a sum
+        if number == count - 1:  # exactly, where the sum below is rounded
             return self.end
         if isinstance(self.start, int) and isinstance(self.end, int):
-            # To the nearest one, by whole numbers alone: a seed may have more digits than a float.
+            # To the nearest one, in integers alone: a seed may have more digits than a float holds.
             steps = count - 1
             return self.start + (2 * (self.end - self.start) * number + steps) // (2 * steps)
         return self.start + (self.end - self.start) * number / (count - 1)
@@ -58,7 +58,7 @@ def parse_move(text: str) -> Move:
     """Read ``key.path=from:to``.
 
     Raises:
-        InputError: no such text, a key that is no number, or ends that are none.
+        InputError: the text is not of this form, the key is not a number's, or an end is none.
     """
     key, _, ends = (part.strip() for part in text.partition("="))
     start, _, end = (part.strip() for part in ends.partition(":"))
@@ -75,7 +75,7 @@ def parse_move(text: str) -> Move:
         raise InputError(
             f"--key {key}: only numbers move, and this must be {node.expects()}; use --set"
         )
-    # An unknown key is left for the scene, which knows the nearest one.
+    # An unknown key is left to the scene, whose message proposes the nearest one.
     whole = node is not None and node.annotation is int
     return Move(key, _end(key, start, whole), _end(key, end, whole))
 
@@ -98,12 +98,12 @@ class Animation:
     """A scene, and how its keys move over a number of frames; made by :func:`plan_animation`.
 
     Attributes:
-        name: the scene as it was typed; None is the default scene.
-        overrides: with which it was loaded, by dotted key.
-        scene: as it was loaded.
-        count: of frames.
-        moves: keys on their way, each once.
-        sun: where light 0 stands in each frame; empty where it follows no path of the sun.
+        name: the scene's name as it was typed; None is the default scene.
+        overrides: values that replaced the scene's own when it was loaded, by dotted key.
+        scene: the scene with these values.
+        count: number of frames.
+        moves: the keys that move, each once.
+        sun: where light 0 stands in each frame; empty if it follows no path of the sun.
     """
 
     name: str | None
@@ -116,7 +116,7 @@ class Animation:
     @property
     def keys(self) -> tuple[str, ...]:
         """All keys that move."""
-        return tuple(one.key for one in self.moves) + (SUN_KEYS if self.sun else ())
+        return tuple(move.key for move in self.moves) + (SUN_KEYS if self.sun else ())
 
     @property
     def only_places(self) -> bool:
@@ -124,17 +124,19 @@ class Animation:
         return all(_PLACES.fullmatch(key) for key in self.keys)
 
     def changes(self, number: int) -> dict[str, float | int]:
-        """Give what a frame, counted from 0, has in place of the scene's own values."""
-        found: dict[str, float | int] = {one.key: one.at(number, self.count) for one in self.moves}
+        """Give the values of the moving keys in a frame, counted from 0."""
+        values: dict[str, float | int] = {
+            move.key: move.at(number, self.count) for move in self.moves
+        }
         if self.sun:
             sun = self.sun[number]
             # To a millionth of a degree: it is not known better, and reads better.
             angles = (round(sun.altitude_deg, 6), round(sun.azimuth_deg, 6))
-            found |= dict(zip(SUN_KEYS, angles, strict=True))
-        return found
+            values |= dict(zip(SUN_KEYS, angles, strict=True))
+        return values
 
     def at(self, number: int) -> Scene:
-        """Give the scene of a frame, counted from 0, with the text that ``render`` would store.
+        """Give the scene of a frame, counted from 0, with the source text that ``render`` stores.
 
         Raises:
             InputError: a value that is not allowed.
@@ -150,7 +152,7 @@ class Animation:
         try:
             made = changed_scene(self.scene, values)
         except InputError as error:
-            # The scene was loaded without an error, so that this one is of a moving key.
+            # The scene itself was loaded without an error: this one is of a moving key.
             raise InputError(re.sub(r"(?m)^--set\b", "--key", str(error))) from None
         text = with_overrides_noted(self.scene.source_text, values)
         return made.with_source(text, self.scene.source_name)
@@ -159,8 +161,8 @@ class Animation:
         """Give the command that renders a frame again."""
         words = ["rtbow", "render", *([] if self.name is None else [self.name])]
         words += ["--method", method]
-        for one in {**self.overrides, **self.changes(number)}.items():
-            words += ["--set", typed_override(*one)]
+        for key, value in {**self.overrides, **self.changes(number)}.items():
+            words += ["--set", typed_override(key, value)]
         if ev is not None:
             words.append(f"--exposure={ev!r}")
         return shlex.join([*words, "-o", output])
@@ -177,10 +179,10 @@ def plan_animation(
 
     Args:
         name: as for :func:`rtbow.load_scene`.
-        overrides: the same.
-        count: of frames, 1 or more.
-        moves: keys on their way.
-        sun: where light 0, a sun, stands in each frame; left out: where the scene has it.
+        overrides: as for :func:`rtbow.load_scene`.
+        count: number of frames, 1 or more.
+        moves: the keys that move.
+        sun: where light 0, a sun, stands in each frame; if empty, it stays where the scene has it.
 
     Raises:
         InputError: keys or values that are not allowed, in any frame.
@@ -189,8 +191,8 @@ def plan_animation(
         name, overrides, load_scene(name, overrides), count, tuple(moves), tuple(sun)
     )
     _check_keys(planned)
-    for end in ("start", "end"):  # before a value between them
-        planned.changed({one.key: getattr(one, end) for one in moves})
+    for end in ("start", "end"):  # first, since these were typed
+        planned.changed({move.key: getattr(move, end) for move in moves})
     for number in range(count):
         try:
             planned.at(number)
@@ -200,7 +202,7 @@ def plan_animation(
 
 
 def _check_keys(planned: Animation) -> None:
-    keys = [one.key for one in planned.moves]
+    keys = [move.key for move in planned.moves]
     for key in keys:
         if keys.count(key) > 1:
             raise InputError(f"--key {key}: is given twice; give it once")

@@ -1,4 +1,4 @@
-"""Where a sequence goes: names of its frames and films, and what stands there already."""
+"""Where a sequence goes: the names of its frames and films, and which files are in their way."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from rtbow.base.errors import InputError
 from rtbow.base.files import check_distinct, check_suffix, check_writable
 from rtbow.frames.film import FILM_SUFFIXES, film_texts
 from rtbow.frames.image import FRAME_SUFFIXES, frame_texts
+from rtbow.sequence.record import RECORD_SUFFIX, is_record
 
 SEQUENCE_TEXT = "animation"
-"""The text of a frame that only sequences write: the command that made all of it."""
+"""Frames of sequences, and no others, carry this text: the command that made the sequence."""
 _FILM_TEXT = "rtbowVersion"
-"""A text of each film that rtbow makes, which sequences alone do."""
+"""All films that rtbow makes carry this text; only sequences make films."""
 
 _NUMBER = re.compile(r"%%|%(0[1-9][0-9]?)?d")
 _OTHER_FILMS = (".avi", ".m4v", ".mkv", ".mov", ".mpeg", ".mpg", ".ogv", ".webm", ".wmv")
@@ -31,34 +32,36 @@ class Pattern:
 
     def path(self, number: int) -> str:
         """Give the name of a frame, counted from 0."""
-
-        def put(found: re.Match[str]) -> str:
-            return "%" if found[0] == "%%" else found[0] % number
-
-        folder, name = os.path.split(self.text)  # a folder may be called 50%dry
-        return os.path.join(folder.replace("%%", "%"), _NUMBER.sub(put, name))
+        name = os.path.basename(self.text)
+        name = _NUMBER.sub(lambda field: "%" if field[0] == "%%" else field[0] % number, name)
+        return os.path.join(self._folder, name)
 
     def beyond(self, count: int) -> list[str]:
-        """Give the frames that are there with numbers of ``count`` or more, by number."""
-        name = os.path.basename(self.text)
-        digits, at = "", 0
-        for found in _NUMBER.finditer(name):
-            field = "%" if found[0] == "%%" else "([0-9]{1,15})"
-            digits += re.escape(name[at : found.start()]) + field
-            at = found.end()
-        digits += re.escape(name[at:])
+        """List the files of this pattern with numbers of ``count`` or more, by number."""
+        name = re.escape(os.path.basename(self.text))
+        name = _NUMBER.sub(lambda field: "%" if field[0] == "%%" else "([0-9]{1,15})", name)
         try:
-            there = os.listdir(os.path.dirname(self.path(0)) or ".")
-        except OSError:  # nothing can be told of it
+            entries = os.listdir(self._folder or ".")
+        except OSError:
             return []
-        numbers = {int(fit[1]) for one in there if (fit := re.fullmatch(digits, one))}
+        numbers = {int(match[1]) for entry in entries if (match := re.fullmatch(name, entry))}
         paths = (self.path(number) for number in sorted(numbers) if number >= count)
         return [path for path in paths if os.path.lexists(path)]  # 07 is no %d
+
+    @property
+    def record(self) -> str:
+        """The name of the record that lists the frames done (:mod:`rtbow.sequence.record`)."""
+        stem = _without_number(Path(self.text).stem).replace("%%", "%")
+        return os.path.join(self._folder, (stem or "frames") + RECORD_SUFFIX)
 
     @property
     def suffix(self) -> str:
         """The files' ending, in lower case."""
         return Path(self.text).suffix.lower()
+
+    @property
+    def _folder(self) -> str:
+        return os.path.dirname(self.text).replace("%%", "%")  # %d stays: it may be called 50%dry
 
 
 @dataclass(frozen=True)
@@ -78,12 +81,17 @@ class Outputs:
         """Whether displayed pictures are asked for, which need an exposure."""
         return bool(self.films) or any(one.suffix == ".png" for one in self.frames)
 
+    @property
+    def records(self) -> tuple[str, ...]:
+        """The names of the frames' records, each once."""
+        return tuple(dict.fromkeys(pattern.record for pattern in self.frames))
+
 
 def parse_outputs(texts: Sequence[str]) -> Outputs:
     """Tell frames from films, and check that all can be written.
 
     Raises:
-        InputError: a name that says neither or is given twice, or a file that cannot be written
+        InputError: a name is that of neither, or is given twice, or a file cannot be written
             there.
     """
     check_distinct(texts)
@@ -91,7 +99,7 @@ def parse_outputs(texts: Sequence[str]) -> Outputs:
     for text in texts:
         suffix = Path(text).suffix.lower()
         if suffix in FILM_SUFFIXES:
-            if any(found[0] != "%%" for found in _NUMBER.finditer(Path(text).name)):
+            if any(field[0] != "%%" for field in _NUMBER.finditer(Path(text).name)):
                 raise InputError(
                     f"{text}: a film is one file, without numbers; write for example"
                     f" {_unnumbered(text)}"
@@ -105,6 +113,7 @@ def parse_outputs(texts: Sequence[str]) -> Outputs:
         _check_number(text)
         pattern = Pattern(text)
         check_writable(pattern.path(0), FRAME_SUFFIXES)
+        check_writable(pattern.record, (Path(RECORD_SUFFIX).suffix,))
         frames.append(pattern)
     return Outputs(tuple(frames), tuple(films))
 
@@ -121,14 +130,14 @@ def _check_number(text: str) -> None:
 
 def _numbers_once(name: str) -> bool:
     """Whether a file name holds the frame's number once, and no other percent sign."""
-    numbers = [found for found in _NUMBER.finditer(name) if found[0] != "%%"]
+    numbers = [field for field in _NUMBER.finditer(name) if field[0] != "%%"]
     return len(numbers) == 1 and "%" not in _NUMBER.sub("", name)
 
 
 def _numbered(text: str, suffix: str) -> Path:
     """Give a name for frames that is near the one that was typed."""
     path = Path(text)
-    if os.path.isdir(path):  # so is no name at all
+    if os.path.isdir(path):  # an empty name, too
         return path / f"frame_%04d{suffix}"
     stem = path.stem.rstrip(".")
     if not _numbers_once(stem):
@@ -139,27 +148,31 @@ def _numbered(text: str, suffix: str) -> Path:
 def _unnumbered(text: str) -> Path:
     """Give a name for a film that is near the one that was typed."""
     path = Path(text)
-    stem = re.sub(rf"[-_. ]?(?:{_NUMBER.pattern})", _percent_sign, path.stem)
-    return path.with_name((stem or "film") + FILM_SUFFIXES[0])
+    return path.with_name((_without_number(path.stem) or "film") + FILM_SUFFIXES[0])
 
 
-def _percent_sign(found: re.Match[str]) -> str:
-    return found[0] if found[0].endswith("%%") else ""
+def _without_number(stem: str) -> str:
+    """Take the frame's number out of a name, with the sign before it that sets it apart."""
+    return re.sub(
+        rf"[-_. ]?(?:{_NUMBER.pattern})",
+        lambda field: field[0] if field[0].endswith("%%") else "",
+        stem,
+    )
 
 
-# --- What is there -----------------------------------------------------------------------------
+# --- Files in the way --------------------------------------------------------------------------
 
 
 def check_places(outputs: Outputs, count: int, *, overwrite: bool) -> None:
-    """Raise InputError if a sequence would take the place of what no sequence left there.
+    """Raise InputError if a sequence would replace a folder, or a file of another origin.
 
     Args:
-        outputs: where a sequence goes.
-        count: of its frames.
+        outputs: where the sequence goes.
+        count: how many frames it has.
         overwrite: whether files of another origin may be replaced; folders never are.
     """
-    paths = [one.path(number) for one in outputs.frames for number in range(count)]
-    folders = [path for path in paths if os.path.isdir(path)]
+    frames = [pattern.path(number) for pattern in outputs.frames for number in range(count)]
+    folders = [path for path in (*frames, *outputs.records) if os.path.isdir(path)]
     if folders:
         several, it = _counted(folders, "folders")
         raise InputError(
@@ -168,8 +181,16 @@ def check_places(outputs: Outputs, count: int, *, overwrite: bool) -> None:
         )
     if overwrite:
         return
-    foreign = [path for path in paths if _is_foreign(path, SEQUENCE_TEXT)]
-    foreign += [path for path in outputs.films if _is_foreign(path, _FILM_TEXT)]
+    # Devices are written to, not replaced.
+    foreign = [
+        *(one for one in frames if os.path.isfile(one) and SEQUENCE_TEXT not in frame_texts(one)),
+        *(
+            one
+            for one in outputs.films
+            if os.path.isfile(one) and _FILM_TEXT not in film_texts(one)
+        ),
+        *(one for one in outputs.records if os.path.isfile(one) and not is_record(one)),
+    ]
     if foreign:
         several, it = _counted(foreign, "files")
         raise InputError(
@@ -179,18 +200,10 @@ def check_places(outputs: Outputs, count: int, *, overwrite: bool) -> None:
 
 
 def _counted(paths: Sequence[str], what: str) -> tuple[str, str]:
-    """Tell how many there are where they are several, and what to call them after that."""
+    """Say how many there are where they are several, and what to call them after that."""
     return (f" ({len(paths)} such {what})", "them") if len(paths) > 1 else ("", "it")
 
 
-def _is_foreign(path: str, text: str) -> bool:
-    """Whether a file lacks the text that sequences leave; a device may stay."""
-    if not os.path.isfile(path):
-        return False
-    is_film = Path(path).suffix.lower() in FILM_SUFFIXES
-    return text not in (film_texts(path) if is_film else frame_texts(path))
-
-
 def frames_beyond(outputs: Outputs, count: int) -> list[str]:
-    """Give the frames that are there with numbers that a sequence of ``count`` frames lacks."""
-    return [path for one in outputs.frames for path in one.beyond(count)]
+    """List the files that are named like frames of a sequence of more than ``count`` frames."""
+    return [path for pattern in outputs.frames for path in pattern.beyond(count)]

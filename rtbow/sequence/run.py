@@ -1,70 +1,44 @@
-"""Sequences: frames of one scene while some of its keys move, as files that stay and as a film.
+"""Sequences: frames of one scene while some of its keys move, as numbered files and as films.
 
-A file of an earlier run stays where its own texts say that it was made from the same scene, files,
-method and version; so an interrupted run goes on where it was. Other frames of earlier runs are
-replaced, files of any other origin only if that is asked for. A film is made anew from its first
-picture to its last, of files where they are there: without them all of it is drawn again.
+A frame that an earlier run made from the same scene, files, method and version is kept, so that an
+interrupted run goes on where it stopped (:mod:`rtbow.sequence.record`). A film is always written
+anew, from the frames where they are kept; what is missing is drawn.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Float32, Progress, no_progress
-from rtbow.base.cache import file_digest
-from rtbow.base.errors import InputError, UnsuitedError
+from rtbow.base.errors import UnsuitedError
 from rtbow.base.version import __version__
-from rtbow.frames.display import (
-    BLACK_FRAME_EV,
-    EV_LIMIT,
-    auto_exposure_ev,
-    display,
-)
-from rtbow.frames.film import (
-    DEFAULT_FPS,
-    Film,
-    check_fps,
-    film_at,
-)
-from rtbow.frames.image import (
-    frame_metadata,
-    png_texts,
-    read_exr,
-    read_png,
-    write_exr,
-    write_png,
-)
+from rtbow.frames.display import BLACK_FRAME_EV, auto_exposure_ev, display
+from rtbow.frames.film import DEFAULT_FPS, Film, check_fps, film_at
+from rtbow.frames.image import frame_metadata, read_exr, read_png, write_exr, write_png
 from rtbow.render.renderer import Method, Renderer
-from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.sequence.animation import Animation
-from rtbow.sequence.outputs import (
-    SEQUENCE_TEXT,
-    Outputs,
-    Pattern,
-    check_places,
-)
+from rtbow.sequence.outputs import SEQUENCE_TEXT, Outputs, Pattern, check_places
+from rtbow.sequence.record import Record, content_digest, digest, open_records
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
 
 Show = Callable[[str, str], Progress]
-"""Gives, for a label and a unit, the wrapper of a loop that shows how far it is."""
+"""Gives, for a label and a unit, the wrapper of a loop that shows its progress."""
 
 
 # --- Drawing -----------------------------------------------------------------------------------
 
 
 class _Frame(NamedTuple):
-    """Radiance, and what drew it."""
+    """Radiance (h, w, 3) in cd/m², and the method and the device that drew it."""
 
     rgb: Float32
     method: str
@@ -76,9 +50,9 @@ class Report:
     """What a run did.
 
     Attributes:
-        drawn: frames that were drawn.
-        kept: frames whose files stayed, or were made from others that stayed.
-        methods: that drew, in order.
+        drawn: how many frames were drawn.
+        kept: how many had files that were kept, or were made from such files.
+        methods: the methods that drew, in the order of their first frames.
     """
 
     drawn: int = 0
@@ -113,9 +87,9 @@ def animate(
         exposure_ev: exposure value (ISO 100) of all pictures; None chooses one for all of them:
             that of the brightest of the first, the middle and the last frame.
         fps: pictures a second of films.
-        overwrite: whether files of those names that no sequence left there are replaced.
-        command: what the user typed, to be told in each file.
-        show: shows how far it is.
+        overwrite: whether files of these names are replaced that no sequence made.
+        command: what the user typed, to be stored in each file.
+        show: shows the progress.
 
     Raises:
         InputError: something cannot be drawn or written; what is finished stays.
@@ -123,8 +97,11 @@ def animate(
     """
     check_fps(fps)
     check_places(outputs, animation.count, overwrite=overwrite)
-    with _Drawing(animation, method, backend, show) as drawing:
-        run = _Run(animation, outputs, drawing, command)
+    with (
+        open_records(outputs.records) as records,
+        _Drawing(animation, method, backend, show) as drawing,
+    ):
+        run = _Run(animation, outputs, records, drawing, command)
         if outputs.shown:
             run.choose_exposure(exposure_ev, show("choosing an exposure", "frame"))
         with ExitStack() as stack:
@@ -140,7 +117,7 @@ def animate(
 
 
 class _Drawing:
-    """Draws frames of an animation on one renderer, opened when the first is asked for."""
+    """Draws frames of an animation on one renderer, opened for the first of them."""
 
     def __init__(self, animation: Animation, method: Method, backend: Backend, show: Show) -> None:
         self.method: Method = method
@@ -165,9 +142,9 @@ class _Drawing:
             self._renderer.show(scene)
         rgb = self._render(self._renderer)
         if not self._settled and self._renderer.method_used == "fast":
-            # Tables for all places differ from those for one by the method's error: without this
-            # the first frame of each run would differ from the others by as much.
-            with suppress(UnsuitedError):  # of places that no frame may have
+            # Tables for all places differ from those for one place by the method's error: without
+            # this the first frame of each run would differ from the others by as much.
+            with suppress(UnsuitedError):  # perhaps of places that no frame has
                 self._renderer.prepare_moves()
             rgb = self._render(self._renderer)
             self._settled = True
@@ -183,19 +160,23 @@ class _Drawing:
 
 
 class _Run:
-    """What one run keeps, draws and writes."""
+    """Makes the files of one run: keeps what its records list, draws and writes the rest."""
 
     def __init__(
-        self, animation: Animation, outputs: Outputs, drawing: _Drawing, command: str
+        self,
+        animation: Animation,
+        outputs: Outputs,
+        records: Mapping[str, Record],
+        drawing: _Drawing,
+        command: str,
     ) -> None:
         self.report = Report()
         self._animation, self._drawing, self._command = animation, drawing, command
-        self._frames = [one for one in outputs.frames if one.suffix == ".exr"]
-        self._pictures = [one for one in outputs.frames if one.suffix == ".png"]
-        self._ahead: dict[int, _Frame] = {}
-        self._inputs = _digest_of_files(animation.scene)
+        self._patterns, self._records = outputs.frames, records
+        self._judged: dict[int, _Frame] = {}
+        # Drawing says what is wrong with a file that cannot be read.
+        self._inputs = digest(*map(content_digest, scene_files(animation.scene)))
         self._ev: float | None = None
-        self._exposed_by = ""
 
     # --- Exposure
 
@@ -206,39 +187,34 @@ class _Run:
             return
         last = self._animation.count - 1
         judged = sorted({0, (last + 1) // 2, last})
-        texts = [self._animation.at(number).source_text for number in judged]
-        self._exposed_by = _digest(*texts, self._drawing.method, __version__, self._inputs)
-        self._ev = self._exposure_of_earlier_run()
+        made_of = self._made_of(*judged)
+        known = (record.exposure_ev(made_of) for record in self._records.values())
+        self._ev = next((ev for ev in known if ev is not None), None)
         if self._ev is None:
             for number in progress(judged):
-                self._ahead[number] = self._stored_frame(number) or self._drawing.draw(number)
-            self._ev = sequence_exposure_ev([self._ahead[number].rgb for number in judged])
-
-    def _exposure_of_earlier_run(self) -> float | None:
-        """Give what the same frames led to before, as a picture tells."""
-        for pattern in self._pictures:
-            for number in range(self._animation.count):
-                said = png_texts(pattern.path(number))
-                if said.get("exposedBy") == self._exposed_by:
-                    return _number_in(said.get("exposureEV100", ""))
-        return None
+                self._judged[number] = self._frame(number, self._kept(number, ".exr"))
+            self._ev = sequence_exposure_ev([frame.rgb for frame in self._judged.values()])
+        for record in self._records.values():
+            record.set_exposure(made_of, self._ev)
 
     # --- Frames
 
     def make(self, number: int, films: Sequence[Film]) -> None:
-        """Write a frame's files that are not there, and add it to the films."""
-        frames = {one: self._stored_rgb(one.path(number), number) for one in self._frames}
-        pictures = {one: self._stored_picture(one.path(number), number) for one in self._pictures}
-        missing = [one for one, stored in {**frames, **pictures}.items() if stored is None]
-        frame = next((one for one in frames.values() if one is not None), None)
-        picture = next((one for one in pictures.values() if one is not None), None)
-        ahead = self._ahead.pop(number, None)
-        if frame is None and (missing or (films and picture is None)):
-            frame = ahead or self._drawing.draw(number)
-            self.report.drawn += 1
-        else:
+        """Write the files of a frame that are missing, and add it to the films."""
+        frames, pictures = self._kept(number, ".exr"), self._kept(number, ".png")
+        missing = [one for one in self._patterns if one not in frames + pictures]
+        frame, picture = self._judged.pop(number, None), None
+        if not missing and (pictures or not films):
+            frame = None  # is not needed
+        elif frame is None:
+            frame = self._frame(number, frames)
+        if frame is None or frames:
             self.report.kept += 1
-        if picture is None and frame is not None and self._ev is not None:
+        else:
+            self.report.drawn += 1
+        if pictures:
+            picture = read_png(pictures[0].path(number))[0]
+        elif frame is not None and self._ev is not None:
             picture = display(frame.rgb, self._ev)
         for pattern in missing:
             assert frame is not None
@@ -247,78 +223,51 @@ class _Run:
             assert picture is not None
             film.add(picture)
 
+    def _frame(self, number: int, kept: Sequence[Pattern]) -> _Frame:
+        """Read a frame from the first of its files that are kept, or draw it."""
+        if not kept:
+            return self._drawing.draw(number)
+        rgb, texts = read_exr(kept[0].path(number))
+        return _Frame(rgb, texts["method"], texts["renderer"])
+
     def _write(
         self, pattern: Pattern, number: int, frame: _Frame, picture: NDArray[np.uint8] | None
     ) -> None:
         path, shown = pattern.path(number), pattern.suffix == ".png"
-        again = self._animation.render_command(
-            number, frame.method, path, self._ev if shown else None
-        )
+        ev = self._ev if shown else None
+        again = self._animation.render_command(number, frame.method, path, ev)
         scene = self._animation.at(number)
-        said = {
-            **frame_metadata(scene, again, frame.method, frame.renderer),
-            **self._wanted(number, shown=shown),
-            SEQUENCE_TEXT: self._command,
-        }
+        texts = frame_metadata(scene, again, frame.method, frame.renderer)
+        texts[SEQUENCE_TEXT] = self._command
         if shown:
             assert picture is not None
-            if self._exposed_by:
-                said["exposedBy"] = self._exposed_by
-            write_png(path, picture, said)
+            write_png(path, picture, {**texts, "exposureEV100": f"{ev:.6g}"})
         else:
-            write_exr(path, frame.rgb, said)
+            write_exr(path, frame.rgb, texts)
+        self._records[pattern.record].add(path, self._made_of(number, ev=ev))
 
     def film_metadata(self) -> dict[str, str]:
-        """Give what a film says of itself."""
-        assert self._ev is not None
-        said = frame_metadata(self._animation.scene, self._command, self._drawing.method, "")
-        del said["renderer"]  # none is open yet
-        return {**said, "exposureEV100": f"{self._ev:.6g}"}
+        """Give the strings that say how a film was made."""
+        texts = frame_metadata(self._animation.scene, self._command, self._drawing.method, "")
+        del texts["renderer"]  # none is open yet
+        return {**texts, "exposureEV100": f"{self._ev:.6g}"}
 
-    # --- What is there
+    # --- Earlier runs
 
-    def _wanted(self, number: int, *, shown: bool) -> dict[str, str]:
-        """Give what a file of a frame must say of itself to be kept."""
-        wanted = {
-            "scene": self._animation.at(number).source_text,
-            "rtbowVersion": __version__,
-            "methodAsked": self._drawing.method,
-        }
-        if self._inputs:
-            wanted["inputs"] = self._inputs
-        if shown:
-            assert self._ev is not None
-            wanted["exposureEV100"] = f"{self._ev:.6g}"
-        return wanted
+    def _kept(self, number: int, suffix: str) -> list[Pattern]:
+        """List the patterns of which an earlier run has left this frame."""
+        made_of = self._made_of(number, ev=self._ev if suffix == ".png" else None)
+        return [
+            one
+            for one in self._patterns
+            if one.suffix == suffix and self._records[one.record].has(one.path(number), made_of)
+        ]
 
-    def _stored_frame(self, number: int) -> _Frame | None:
-        found = (self._stored_rgb(one.path(number), number) for one in self._frames)
-        return next((one for one in found if one is not None), None)
-
-    def _stored_rgb(self, path: str, number: int) -> _Frame | None:
-        """Give a frame's radiance from an earlier run; None if there is none that is whole."""
-        try:
-            rgb, said = read_exr(path)
-        except InputError:
-            return None
-        if not self._fits(rgb.shape, said, self._wanted(number, shown=False)):
-            return None
-        return _Frame(rgb, said.get("method", ""), said.get("renderer", ""))
-
-    def _stored_picture(self, path: str, number: int) -> NDArray[np.uint8] | None:
-        """Give a frame's picture from an earlier run; None if there is none that is whole."""
-        try:
-            picture, said = read_png(path)
-        except InputError:
-            return None
-        wanted = self._wanted(number, shown=True)
-        return picture if self._fits(picture.shape, said, wanted) else None
-
-    def _fits(
-        self, shape: tuple[int, ...], said: Mapping[str, str], wanted: Mapping[str, str]
-    ) -> bool:
-        width, height = self._animation.scene.camera.size_px
-        return shape[:2] == (height, width) and wanted.items() <= said.items()
+    def _made_of(self, *numbers: int, ev: float | None = None) -> str:
+        """Give a digest of all that frames depend on, or pictures at an exposure."""
+        scenes = [self._animation.at(number).source_text for number in numbers]
+        exposure = "" if ev is None else f"{ev:.6g}"
+        return digest(*scenes, self._drawing.method, __version__, self._inputs, exposure)
 
 
 def sequence_exposure_ev(frames: Iterable[Float32]) -> float:
@@ -328,30 +277,7 @@ def sequence_exposure_ev(frames: Iterable[Float32]) -> float:
         frames: linear Rec. 709 in cd/m², each (h, w, 3); black ones do not count.
 
     Returns:
-        Exposure value for ISO 100, with the six digits that pictures tell.
+        Exposure value for ISO 100, rounded to the six digits that pictures state.
     """
     lit = [auto_exposure_ev(rgb) for rgb in frames if np.any(rgb > 0.0)]
     return float(f"{max(lit, default=BLACK_FRAME_EV):.6g}")
-
-
-def _digest_of_files(scene: Scene) -> str:
-    """Give a hash of what the files hold that a scene names; empty where it names none."""
-    digests = []
-    for path in scene_files(scene):
-        try:
-            digests.append(file_digest(Path(path)))
-        except OSError:
-            digests.append("")  # drawing says what is wrong with it
-    return _digest(*digests) if digests else ""
-
-
-def _digest(*texts: str) -> str:
-    return hashlib.sha256("\0".join(texts).encode("utf-8", "surrogatepass")).hexdigest()[:16]
-
-
-def _number_in(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if abs(value) <= EV_LIMIT else None

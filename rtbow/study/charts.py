@@ -1,7 +1,7 @@
-"""Charts of the scattering table: angle profiles, and Lee diagrams of the colours of drops.
+"""Charts of the scattering tables: what they assume, and profiles over the scattering angle.
 
-What is drawn is computed apart from the drawing (:func:`profiles`, :func:`lee_raster`), by the
-look-ups that everything else uses.
+The numbers come from the look-ups that all methods use, and are computed (:func:`profiles`) apart
+from their drawing (:func:`draw_profiles`). Lee diagrams have a module of their own.
 """
 
 from __future__ import annotations
@@ -14,12 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Progress,
-    floats,
-    no_progress,
-)
+from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.base.errors import InputError
 from rtbow.base.limits import (
     MAX_DISC_DEG,
@@ -32,7 +27,6 @@ from rtbow.frames.plot import (
     COLOURS,
     GREY,
     GRID_GREY,
-    PLOT_SUFFIXES,
     caption,
     legend,
     new_figure,
@@ -46,30 +40,30 @@ from rtbow.tables.sections import Sections, Theory, water_sections
 
 Component = Literal["mean", "perpendicular", "parallel"]
 Scale = Literal["linear", "log"]
-Normalise = Literal["column", "none"]
 
-CHART_SUFFIXES = PLOT_SUFFIXES
+THEORY_NAMES: dict[Theory, str] = {"airy": "Airy", "mie": "Mie"}
 PROFILE_FROM_DEG: dict[Scale, float] = {"linear": 115.0, "log": 0.0}
-"""Where profiles start: at the secondary bow, or, where its light still shows, at the sun."""
+"""Profiles start here: short of the secondary bow, or at the sun where faint light shows, too."""
 
 _SPREAD_PERCENT = (100.0 * SIZE_SPREADS[0], 100.0 * SIZE_SPREADS[1])
 _AIRY_FIRST_DARK = 2.338107
-"""First zero of Ai(-z): the dark fringe behind the bow."""
-_NAMES: dict[Theory, str] = {"airy": "Airy", "mie": "Mie"}
+"""The first zero of Ai(-z): the dark fringe behind the bow."""
 
 # --- What is charted ---------------------------------------------------------------------------
 
 
-def _require(option: str, value: float, low: float, high: float, unit: str) -> None:
+def _check(option: str, value: float, low: float, high: float, unit: str) -> None:
+    """Raise InputError unless an option's value is within its range."""
     if not low <= value <= high:  # NaN too
         raise InputError(f"{option}: {value:g} is not allowed; must be {low:g}..{high:g} {unit}")
 
 
-def _require_range(
+def check_range(
     options: tuple[str, str], ends: tuple[float, float], low: float, high: float, unit: str
 ) -> None:
+    """Raise InputError unless two options, typed as ``ends``, make a range from low to high."""
     for option, end in zip(options, ends, strict=True):
-        _require(option, end, low, high, unit)
+        _check(option, end, low, high, unit)
     if not ends[0] < ends[1]:
         raise InputError(
             f"{options[0]} {ends[0]:g} is not below {options[1]} {ends[1]:g} {unit}: the range is"
@@ -77,8 +71,9 @@ def _require_range(
         )
 
 
-def _require_angles(theta_deg: tuple[float, float]) -> None:
-    _require_range(("--from-deg", "--to-deg"), theta_deg, 0.0, 180.0, "deg")
+def check_angles(theta_deg: tuple[float, float]) -> None:
+    """Raise InputError unless scattering angles make a range."""
+    check_range(("--from-deg", "--to-deg"), theta_deg, 0.0, 180.0, "deg")
 
 
 @dataclass(frozen=True)
@@ -86,7 +81,7 @@ class Setup:
     """What a chart assumes about drops and light.
 
     Attributes:
-        theories: which are charted, in the order of drawing.
+        theories: the theories that are charted, in the order of drawing.
         disc_deg: angular diameter of the light's disc, 0..5.
         spread_percent: standard deviation of ln(radius) times 100 (mie), 1..20.
         temperature_c: of the water, -12..60.
@@ -98,9 +93,9 @@ class Setup:
     temperature_c: float = 20.0
 
     def __post_init__(self) -> None:
-        _require("--disc", self.disc_deg, 0.0, MAX_DISC_DEG, "deg")
-        _require("--spread", self.spread_percent, *_SPREAD_PERCENT, "percent")
-        _require("--temperature", self.temperature_c, *WATER_C, "°C")
+        _check("--disc", self.disc_deg, 0.0, MAX_DISC_DEG, "deg")
+        _check("--spread", self.spread_percent, *_SPREAD_PERCENT, "percent")
+        _check("--temperature", self.temperature_c, *WATER_C, "°C")
 
     @property
     def disc_rad(self) -> float:
@@ -110,7 +105,7 @@ class Setup:
     def sections(
         self, theory: Theory, nm: Array, radii_um: tuple[float, float], progress: Progress
     ) -> Sections:
-        """Give the cross-sections by one theory (:func:`rtbow.tables.sections.water_sections`)."""
+        """Give the cross-sections of one theory (:func:`rtbow.tables.sections.water_sections`)."""
         spread = round(self.spread_percent * 0.01, 9)  # 2 % is 0.02 to the last digit
         return water_sections(
             theory, nm, self.temperature_c, radii_um, spread=spread, progress=progress
@@ -118,7 +113,7 @@ class Setup:
 
     @property
     def caption(self) -> str:
-        """What stands below a chart."""
+        """The words below a chart."""
         parts = []
         if "airy" in self.theories:
             parts.append("Airy: primary and secondary bow, drops of one size")
@@ -134,12 +129,12 @@ class Profiles:
 
     Attributes:
         setup: drops and light.
-        component: which polarisation; ``mean`` is what unpolarised light meets.
+        component: the polarisation; ``mean`` is that of unpolarised light.
         radius_um: drop radii (R,).
         wavelength_nm: wavelengths in air (W,).
         theta_deg: scattering angles (U,).
-        values: for each theory, m² sr⁻¹, (R, W, U).
-        mie_peak: greatest value of Mie's primary bow, m² sr⁻¹, (R, W); None without Mie.
+        values: cross-sections by theory, m² sr⁻¹, (R, W, U).
+        mie_peak: the greatest value of Mie's primary bow, m² sr⁻¹, (R, W); None without Mie.
     """
 
     setup: Setup
@@ -178,11 +173,11 @@ def profiles(
         radius_um: drop radii (R,).
         wavelength_nm: wavelengths in air (W,).
         theta_deg: first and last scattering angle.
-        component: which polarisation.
-        progress: wraps the parts of a table that must be built.
+        component: the polarisation.
+        progress: wraps the loop over the parts of a table that must be built.
 
     Raises:
-        InputError: a value outside of its range.
+        InputError: a value is out of its range.
     """
     radii, nm = tuple(dict.fromkeys(radius_um)), tuple(dict.fromkeys(wavelength_nm))
     for option, numbers, low, high, unit in (
@@ -190,13 +185,13 @@ def profiles(
         ("--wavelength-nm", nm, *VISIBLE_NM, "nm"),
     ):
         for number in numbers:
-            _require(option, number, low, high, unit)
+            _check(option, number, low, high, unit)
     if not 0 < len(radii) * len(nm) <= len(COLOURS):
         raise InputError(
             f"--radius-um, --wavelength-nm: {len(radii)} x {len(nm)} are {len(radii) * len(nm)}"
             f" curves; must be 1..{len(COLOURS)}, so that each has a colour of its own"
         )
-    _require_angles(theta_deg)
+    check_angles(theta_deg)
     # Finer than the fringes, and in a narrow range finer than a picture's pixels.
     steps = max(2000, round((theta_deg[1] - theta_deg[0]) / 0.01))
     angles = np.linspace(*theta_deg, steps + 1)
@@ -215,7 +210,7 @@ def profiles(
 def _primary_peak(
     setup: Setup, sections: Sections, radius_m: Array, nm: Array, component: Component
 ) -> Array:
-    """Greatest value from Descartes' angle to Airy's first dark fringe, (R, W)."""
+    """Give the greatest value from Descartes' angle to Airy's first dark fringe, (R, W)."""
     primary = bow(1, nm * 1e-9, relative_index(nm, setup.temperature_c))
     peak = np.empty((len(radius_m), len(nm)))
     for r, radius in enumerate(radius_m):
@@ -232,8 +227,8 @@ def _primary_peak(
 # --- Drawing -----------------------------------------------------------------------------------
 
 
-def _opposite(angle_deg: Any) -> Any:
-    """From the scattering angle to the angle from the antisolar point, and back."""
+def opposite(angle_deg: Any) -> Any:
+    """Turn a scattering angle into one from the antisolar point, or back, degrees."""
     return 180.0 - angle_deg
 
 
@@ -245,13 +240,13 @@ def _in_powers(values: Array) -> tuple[float, str]:
 
 
 def _curves(data: Profiles) -> list[tuple[int, int, str]]:
-    """Every radius and wavelength, and the colour of its curve."""
+    """List every radius's and wavelength's index, with the colour of their curve."""
     pairs = [(r, w) for r in range(len(data.radius_um)) for w in range(len(data.wavelength_nm))]
     return [(r, w, colour) for (r, w), colour in zip(pairs, COLOURS, strict=False)]
 
 
 def _line(data: Profiles, theory: Theory, colour: str, scale: Scale) -> dict[str, Any]:
-    """Give a curve's line: colour tells which curve, dashes which theory."""
+    """Give a curve's line: its colour stands for radius and wavelength, dashes for Airy."""
     # Thin where fringes stand close: from the sun to the antisolar point in one panel.
     width = 1.4 if scale == "linear" else 1.0
     if theory == "mie" or len(data.values) == 1:
@@ -263,7 +258,7 @@ def _line(data: Profiles, theory: Theory, colour: str, scale: Scale) -> dict[str
 def _draw_panel(axis: Any, data: Profiles, radii: Sequence[int], scale: Scale) -> None:
     shown = floats(np.stack([v[list(radii)] for v in data.values.values()]))
     factor, unit = _in_powers(shown) if scale == "linear" else (1.0, "m² sr⁻¹")
-    # Mie below Airy: dashes on a line can be seen, a line on dashes hides them.
+    # Mie first: a line hides the dashes below it, dashes do not hide the line.
     for theory in sorted(data.values, reverse=True):
         for r, w, colour in _curves(data):
             if r in radii:
@@ -274,7 +269,7 @@ def _draw_panel(axis: Any, data: Profiles, radii: Sequence[int], scale: Scale) -
         axis.set_ylim(0.0, 1.05 * shown.max() / factor)
     else:
         axis.set_yscale("log")
-        # Airy's shadow falls without end; what Mie has there does not.
+        # In the shadow, Airy's light falls off without end, Mie's does not.
         least = data.values["mie"].min() if "mie" in data.values else 1e-5 * shown.max()
         axis.set_ylim(0.5 * least, 2.0 * shown.max())
     axis.set_ylabel(f"cross-section, {unit}")
@@ -282,7 +277,7 @@ def _draw_panel(axis: Any, data: Profiles, radii: Sequence[int], scale: Scale) -
 
 def _name(data: Profiles, r: int, w: int, theory: Theory | None) -> str:
     """Name a curve in a legend."""
-    parts = [_NAMES[theory]] if theory else []
+    parts = [THEORY_NAMES[theory]] if theory else []
     return ", ".join([*parts, f"{data.radius_um[r]:g} µm", f"{data.wavelength_nm[w]:g} nm"])
 
 
@@ -290,10 +285,10 @@ def draw_profiles(path: Path, data: Profiles, scale: Scale, difference: bool) ->
     """Draw cross-sections against the angle: ``.png`` or ``.svg``, whole or not at all.
 
     Args:
-        path: where to.
+        path: the file.
         data: what to draw.
-        scale: of the cross-section. Linear draws a panel for each radius, since sizes differ by
-            orders of magnitude.
+        scale: the scale of the cross-section. A linear one has a panel for each radius, since the
+            cross-sections of different radii differ by orders of magnitude.
         difference: whether to add a panel of Airy minus Mie.
     """
     every = range(len(data.radius_um))
@@ -314,7 +309,7 @@ def draw_profiles(path: Path, data: Profiles, scale: Scale, difference: bool) ->
             axis.set_axisbelow(True)
         grid[-1].set_xlim(data.theta_deg[0], data.theta_deg[-1])
         grid[-1].set_xlabel("scattering angle, degrees")
-        top = grid[0].secondary_xaxis("top", functions=(_opposite, _opposite))
+        top = grid[0].secondary_xaxis("top", functions=(opposite, opposite))
         top.set_xlabel("angle from the antisolar point, degrees")
         light = {
             "mean": "unpolarised light (mean of both components)",

@@ -1,6 +1,6 @@
 """What the paper says of its figures, as measurements on frames.
 
-A claim that the physics contradicts stays as the paper makes it, with a note that says why.
+A claim that physics contradicts is worded as in the paper, with a note that says why.
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ from rtbow.world.rain.volume import scene_volume
 from rtbow.world.world import resolve
 
 ARC = 0.7
-"""Half width, in focal lengths, of the arc on which the shape of a lamp's bow is judged."""
+"""The shape of a lamp's bow is judged on an arc of this half width, in focal lengths."""
+
+SUN_ALTITUDES = (30, 20, 10)
+LAMP_SCENES = ("fig9a", "fig9b", "fig9c", "fig9d")
 
 
 @dataclass(frozen=True)
@@ -42,13 +45,13 @@ Numbers = dict[str, float]
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence of the paper.
+    """A statement of the paper.
 
     Attributes:
-        figure: the figure it is about.
-        text: what the paper says, in other words.
-        needs: the scenes it is measured on.
-        measure: gives the numbers and whether the claim holds.
+        figure: the figure that it is about.
+        text: the statement, in other words.
+        needs: the scenes on whose frames it is measured.
+        measure: gives the numbers, and whether the claim holds.
         note: what the numbers mean, or why physics says otherwise.
     """
 
@@ -77,7 +80,7 @@ def rain_depth(scene: Scene) -> Array:
 
 
 def sun_profile(frame: Frame, columns: slice = slice(None)) -> Profile:
-    """Give a frame's means over rings about the antisolar point of its first sun."""
+    """Average a frame over rings about the antisolar point of its first sun."""
     camera = frame.scene.camera
     angle = measures.angle_from(camera, -suns(frame.scene)[0].direction)
     step = camera.fov_deg / camera.size_px[0]
@@ -86,8 +89,8 @@ def sun_profile(frame: Frame, columns: slice = slice(None)) -> Profile:
     return measures.radial_profile(frame.rgb, angle, step, mask, rain_depth(frame.scene))
 
 
-def falling(values: list[float]) -> bool:
-    """Say whether each value is less than the one before it."""
+def _falling(values: list[float]) -> bool:
+    """Whether each value is less than the one before it."""
     return all(b < a for a, b in pairwise(values))
 
 
@@ -114,11 +117,9 @@ def _kinds(frames: Frames) -> tuple[Numbers, bool]:
 
 def _widths(frames: Frames) -> tuple[Numbers, bool]:
     profiles = _profiles(frames, "fig5a", "fig5b", "fig5c")
-    red = [measures.primary_width(p, "red") for p in profiles.values()]
-    white = [measures.primary_width(p) for p in profiles.values()]
-    numbers = {f"red_width_{n[3:]}_deg": w for n, w in zip(profiles, red, strict=True)}
-    numbers |= {f"luminance_width_{n[3:]}_deg": w for n, w in zip(profiles, white, strict=True)}
-    return numbers, falling(red)
+    red = {f"red_width_{n[3:]}_deg": measures.primary_width(p, "red") for n, p in profiles.items()}
+    white = {f"luminance_width_{n[3:]}_deg": measures.primary_width(p) for n, p in profiles.items()}
+    return red | white, _falling(list(red.values()))
 
 
 def _half_profiles(frame: Frame) -> tuple[Profile, Profile]:
@@ -129,10 +130,10 @@ def _half_profiles(frame: Frame) -> tuple[Profile, Profile]:
 def _contrasts(frames: Frames) -> tuple[Numbers, bool]:
     names = ("fig5a", "fig5b", "fig5c", "fig5e", "fig5d", "fig5f")
     halves = {n: _half_profiles(frames[n]) for n in names}
-    found = {n: measures.supernumerary_contrast(*pair) for n, pair in halves.items()}
-    numbers = {f"luminance_contrast_{n[3:]}": v[0] for n, v in found.items()}
-    numbers |= {f"chroma_contrast_{n[3:]}": v[1] for n, v in found.items()}
-    a, b, c, e, d, f = (found[n][0] for n in names)
+    contrasts = {n: measures.supernumerary_contrast(*pair) for n, pair in halves.items()}
+    numbers = {f"luminance_contrast_{n[3:]}": v[0] for n, v in contrasts.items()}
+    numbers |= {f"chroma_contrast_{n[3:]}": v[1] for n, v in contrasts.items()}
+    a, b, c, e, d, f = (contrasts[n][0] for n in names)
     numbers["chance_5f"] = measures.chance_ripple(*halves["fig5f"])
     return numbers, min(a, b, c) > e > d and f < numbers["chance_5f"]
 
@@ -144,9 +145,8 @@ def _no_maxima(frames: Frames) -> tuple[Numbers, bool]:
 
 def _whiter(frames: Frames) -> tuple[Numbers, bool]:
     profiles = _profiles(frames, "fig7a", "fig7b", "fig7c")
-    chroma = [measures.primary_chroma(p) for p in profiles.values()]
-    numbers = {f"chroma_{n[3:]}": c for n, c in zip(profiles, chroma, strict=True)}
-    return numbers, falling(chroma)
+    numbers = {f"chroma_{n[3:]}": measures.primary_chroma(p) for n, p in profiles.items()}
+    return numbers, _falling(list(numbers.values()))
 
 
 def _bluer(frames: Frames) -> tuple[Numbers, bool]:
@@ -160,25 +160,17 @@ def _bluer(frames: Frames) -> tuple[Numbers, bool]:
     return numbers, bluer and numbers["temperature_7c_k"] > numbers["temperature_7b_k"]
 
 
-SUN_ALTITUDES = (30, 20, 10)
-
-
-def _halves(frame: Frame) -> tuple[Array, Array]:
-    """Mean X, Y, Z of the primary's band in the left and in the right half."""
-    left, right = _half_profiles(frame)
-    return measures.bow_mean(left), measures.bow_mean(right)
-
-
 def direct_ratio(frame: Frame, count: int = 40) -> tuple[float, float, float]:
-    """Compute in float64 what figure 8 shows, along some of its own rays.
+    """Compute in float64 what figure 8 shows, along some of its rays.
 
     Args:
-        frame: a frame of a scene that compares without and with air.
-        count: rays of each half, spread evenly over the primary's band.
+        frame: a frame of a scene that compares a left half without air to a right half with it.
+        count: number of rays in each half, spread evenly over the primary's band.
 
     Returns:
-        The ratio right to left of luminance along these rays in the picture; the same in float64;
-        and in float64 the rays of the right half with air to the same without: the transmittance.
+        Ratios of luminance, summed over these rays: right half to left half in the picture; the
+        same in float64; and, in float64, right half with air to right half without: the air's
+        transmittance.
     """
     (without, _), (with_air, _) = frame.scene.parts()
     camera = frame.scene.camera
@@ -204,17 +196,17 @@ def direct_ratio(frame: Frame, count: int = 40) -> tuple[float, float, float]:
 def _darker(frames: Frames) -> tuple[Numbers, bool]:
     numbers: Numbers = {}
     for altitude in SUN_ALTITUDES:
-        left, right = _halves(frames[f"fig8-{altitude}"])
+        left, right = map(measures.bow_mean, _half_profiles(frames[f"fig8-{altitude}"]))
         numbers[f"ratio_{altitude}"] = float(right[1] / left[1])
-    return numbers, falling(list(numbers.values()))
+    return numbers, _falling(list(numbers.values()))
 
 
 def _redder(frames: Frames) -> tuple[Numbers, bool]:
     numbers: Numbers = {}
     for altitude in SUN_ALTITUDES:
-        _, right = _halves(frames[f"fig8-{altitude}"])
-        numbers[f"u_{altitude}"] = float(measures.chromaticity(right)[0])
-    return numbers, falling([-u for u in numbers.values()])
+        _, right = _half_profiles(frames[f"fig8-{altitude}"])
+        numbers[f"u_{altitude}"] = float(measures.chromaticity(measures.bow_mean(right))[0])
+    return numbers, _falling([-u for u in numbers.values()])
 
 
 def _as_computed(frames: Frames) -> tuple[Numbers, bool]:
@@ -229,25 +221,22 @@ def _as_computed(frames: Frames) -> tuple[Numbers, bool]:
     return numbers, worst < 0.02
 
 
-LAMP_SCENES = ("fig9a", "fig9b", "fig9c", "fig9d")
-
-
 def lamp_ridge(frame: Frame) -> tuple[Ridge, Array]:
-    """Give the edge of a lamp's bow, and its points in the picture plane within ``ARC``."""
-    found = measures.ridge(frame.rgb, frame.scene.camera)
-    points = measures.picture_points(found.directions, frame.scene.camera)
+    """Trace the edge of a lamp's bow within ``ARC``; give its points in the picture plane, too."""
+    ridge = measures.ridge(frame.rgb, frame.scene.camera)
+    points = measures.picture_points(ridge.directions, frame.scene.camera)
     inside = np.abs(points[:, 0]) < ARC
-    return Ridge(found.directions[inside], found.xyz[inside]), points[inside]
+    return Ridge(ridge.directions[inside], ridge.xyz[inside]), points[inside]
 
 
 def _white_of(spectrum: Spectrum) -> Array:
-    """X, Y, Z of a light itself."""
+    """Give X, Y, Z (3,) of a light itself."""
     return floats(colour_weights(spectrum, wavelength_bins(5.0)).sum(axis=0))
 
 
 def _lamp_whiter(frames: Frames) -> tuple[Numbers, bool]:
     sun = frames["fig5a"]
-    # Each against the white of its own light: what the drops do, not what the light is.
+    # Against the white of each light, so that the drops count and not the light's own colour.
     chroma_sun = measures.primary_chroma(sun_profile(sun), _white_of(suns(sun.scene)[0].spectrum))
     numbers = {"chroma_sun_5a": chroma_sun}
     for name in LAMP_SCENES:
@@ -273,13 +262,10 @@ def _lamp_bluish(frames: Frames) -> tuple[Numbers, bool]:
 
 def _rounder(frames: Frames) -> tuple[Numbers, bool]:
     numbers: Numbers = {}
-    residuals = []
     for name in LAMP_SCENES:
-        _, points = lamp_ridge(frames[name])
-        circle = measures.fit_circle_in_picture(points)
-        residuals.append(circle.residual / circle.radius)
-        numbers[f"residual_per_radius_{name[3:]}"] = residuals[-1]
-    return numbers, falling(residuals)
+        circle = measures.fit_circle_in_picture(lamp_ridge(frames[name])[1])
+        numbers[f"residual_per_radius_{name[3:]}"] = circle.residual / circle.radius
+    return numbers, _falling(list(numbers.values()))
 
 
 def _mountain(frames: Frames) -> tuple[Numbers, bool]:
@@ -287,7 +273,7 @@ def _mountain(frames: Frames) -> tuple[Numbers, bool]:
         f"peakedness_{n[3:]}": measures.peakedness(lamp_ridge(frames[n])[1]) for n in LAMP_SCENES
     }
     values = list(numbers.values())
-    return numbers, values[0] > 0.0 and falling(values)
+    return numbers, values[0] > 0.0 and _falling(values)
 
 
 def _circle_in_space(frames: Frames) -> tuple[Numbers, bool]:
@@ -298,7 +284,7 @@ def _circle_in_space(frames: Frames) -> tuple[Numbers, bool]:
         residuals.append(circle.residual)
         numbers[f"radius_{name[3:]}_deg"] = circle.radius
         numbers[f"residual_{name[3:]}_deg"] = circle.residual
-    return numbers, falling(residuals)
+    return numbers, _falling(residuals)
 
 
 CLAIMS: tuple[Claim, ...] = (
@@ -329,8 +315,7 @@ CLAIMS: tuple[Claim, ...] = (
         "Judged by luminance, by what both halves of a picture share, so that the chance of random"
         " drops does not count; what is left of (f) is below that chance. The sun's disc, which"
         " the paper leaves out, blurs the supernumeraries of 0.5 and 0.7 mm drops (b, c) too; in"
-        " chroma the slope of the bow's own"
-        " colours, which all share, is what is left of c to f.",
+        " chroma the slope of the bow's own colours, which all share, is what is left of c to f.",
     ),
     Claim("5", "In Marshall-Palmer rain no supernumerary is left.", ("fig5f",), _no_maxima),
     Claim(
@@ -370,9 +355,8 @@ CLAIMS: tuple[Claim, ...] = (
         tuple(f"fig8-{a}" for a in SUN_ALTITUDES),
         _as_computed,
         "Along forty rays of each half, against float64 quadrature, within 2 %. The transmittance"
-        " is"
-        " that of the right half's rays; the ratio differs from it by chance, since the halves hold"
-        " different random drops.",
+        " is that of the right half's rays; the ratio differs from it by chance, since the halves"
+        " hold different random drops.",
     ),
     Claim(
         "9",
@@ -418,19 +402,19 @@ CLAIMS: tuple[Claim, ...] = (
 
 
 def judge(frames: Frames) -> list[Verdict]:
-    """Measure every claim whose frames are there.
+    """Measure the claims, as far as their frames are there.
 
     Args:
         frames: rendered scenes by name, such as ``fig5a``.
     """
-    verdicts = []
-    for claim in CLAIMS:
-        if all(name in frames for name in claim.needs):
-            try:
-                numbers, holds = claim.measure(frames)
-            except MeasureError:  # what the claim is about is not in the picture
-                numbers, holds = {}, False
-            verdicts.append(Verdict(claim, numbers, bool(holds)))
-        else:
-            verdicts.append(Verdict(claim, {}, None))
-    return verdicts
+    return [_verdict(claim, frames) for claim in CLAIMS]
+
+
+def _verdict(claim: Claim, frames: Frames) -> Verdict:
+    if not all(name in frames for name in claim.needs):
+        return Verdict(claim, {}, None)
+    try:
+        numbers, holds = claim.measure(frames)
+    except MeasureError:  # the picture lacks what the claim is about
+        return Verdict(claim, {}, False)
+    return Verdict(claim, numbers, bool(holds))

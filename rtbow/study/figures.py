@@ -1,4 +1,4 @@
-"""The paper's figures: renders them, measures its claims, and keeps what is finished."""
+"""The paper's figures: renders them, keeps finished frames, and measures the paper's claims."""
 
 from __future__ import annotations
 
@@ -8,17 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rtbow.base.arrays import (
-    Float32,
-    Progress,
-    floats,
-    no_progress,
-)
+from rtbow.base.arrays import Float32, Progress, floats, no_progress
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
 from rtbow.frames.display import auto_exposure_ev
-from rtbow.frames.image import read_exr, write_exr, write_frame
+from rtbow.frames.image import frame_metadata, read_exr, write_exr, write_frame
 from rtbow.render.renderer import Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import builtin_scenes, load_scene
@@ -42,7 +37,7 @@ def chosen_names(only: list[str] | None) -> list[str]:
     """Give the figures to render.
 
     Raises:
-        InputError: a name that is no figure; the nearest is named.
+        InputError: a name is no figure's; the message proposes the nearest.
     """
     names = figure_names()
     for name in only or ():
@@ -53,11 +48,7 @@ def chosen_names(only: list[str] | None) -> list[str]:
 
 
 def prepare_folder(out: Path) -> None:
-    """Make the output folder.
-
-    Raises:
-        InputError: it is a file, or cannot be made.
-    """
+    """Make the output folder; InputError if it is a file, or cannot be made."""
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: is a file; name a folder for the figures")
     try:
@@ -69,14 +60,8 @@ def prepare_folder(out: Path) -> None:
 
 
 def _metadata(scene: Scene, renderer: str) -> dict[str, str]:
-    return {
-        "scene": scene.source_text,
-        "sceneName": scene.source_name,
-        "command": "rtbow figures",
-        "rtbowVersion": __version__,
-        "method": "spectral",
-        "renderer": renderer,
-    }
+    texts = frame_metadata(scene, "rtbow figures", "spectral", renderer)
+    return {**texts, "sceneName": scene.source_name}
 
 
 def _kept(path: Path, scene: Scene) -> Float32 | None:
@@ -84,11 +69,11 @@ def _kept(path: Path, scene: Scene) -> Float32 | None:
     if not path.is_file():
         return None
     try:
-        rgb, said = read_exr(path)
+        rgb, texts = read_exr(path)
     except RtbowError:
         return None
     width, height = scene.camera.size_px
-    same = said.get("scene") == scene.source_text and said.get("rtbowVersion") == __version__
+    same = texts.get("scene") == scene.source_text and texts.get("rtbowVersion") == __version__
     return rgb if same and rgb.shape[:2] == (height, width) else None
 
 
@@ -99,44 +84,42 @@ def render_figures(
     backend: Backend = "auto",
     progress: Callable[[str], Progress] = lambda _: no_progress,
 ) -> dict[str, Frame]:
-    """Render figures that are not there yet; each is kept as an ``.exr`` as soon as it is done.
+    """Render figures, and write each as ``.exr`` as soon as it is done; finished ones are kept.
 
     Args:
         out: the folder.
-        names: which to render; others that lie there from earlier runs are taken along.
+        names: the figures to render; others are taken along if an earlier run has left them.
         size: width and height in pixels.
         backend: how to get a GL context.
         progress: gives, for a figure's name, the wrapper of its loop over rows.
 
     Returns:
-        All frames that are there, by name.
+        The frames by name.
     """
     frames: dict[str, Frame] = {}
-    done: list[tuple[Scene, Float32]] = []
     for name in figure_names():
         scene = load_scene(PREFIX + name, {"camera.size_px": list(size)})
         path = out / f"{name}.exr"
         rgb = _kept(path, scene)
         if rgb is None and name in names:
             # Two figures may show one scene.
-            rgb = next((frame for other, frame in done if other == scene), None)
-            renderer = "as another figure"
-            if rgb is None:
-                with Renderer(scene, backend) as one:
-                    rgb = one.render("spectral", progress(name))
-                    renderer = one.gl_renderer
-            write_exr(path, rgb, _metadata(scene, renderer))
+            same = next((frame for frame in frames.values() if frame.scene == scene), None)
+            if same is not None:
+                rgb, device = same.rgb.astype("f4"), "as another figure"
+            else:
+                with Renderer(scene, backend) as renderer:
+                    rgb, device = renderer.render("spectral", progress(name)), renderer.gl_renderer
+            write_exr(path, rgb, _metadata(scene, device))
         if rgb is not None:
-            done.append((scene, rgb))
             frames[name] = Frame(scene, floats(rgb))
     return frames
 
 
 def exposures(frames: dict[str, Frame]) -> dict[str, float]:
-    """Give the EV at which each figure is shown.
+    """Give the exposure value (ISO 100) of each figure.
 
-    Each has its own, but for figure 8, whose pictures compare brightness: they share that of the
-    first that is there, the highest sun.
+    The pictures of figure 8 compare brightness: all have the value of the first that is there, of
+    the highest sun. Every other figure has its own.
     """
     eighth = [n for n in frames if n.startswith("fig8")]
     return {
@@ -155,7 +138,7 @@ def make_figures(
     """Render the paper's figures, measure its claims and write a page about them.
 
     Args:
-        out: the folder, made where it is not there.
+        out: the folder, which is made if it is missing.
         only: names such as ``fig5f``; all by default.
         size: width and height in pixels.
         backend: how to get a GL context.
@@ -165,7 +148,7 @@ def make_figures(
         The verdicts on all claims.
 
     Raises:
-        InputError: a name that is no figure, or a folder that cannot be written.
+        InputError: a name is no figure's, or the folder cannot be written.
     """
     from rtbow.study.page import write_page
 
@@ -174,8 +157,8 @@ def make_figures(
     frames = render_figures(out, names, size, backend, progress)
     shown = exposures(frames)
     for name, frame in frames.items():
-        said = _metadata(frame.scene, "")
-        write_frame(out / f"{name}.png", frame.rgb.astype("f4"), said, shown[name])
+        texts = _metadata(frame.scene, "")
+        write_frame(out / f"{name}.png", frame.rgb.astype("f4"), texts, shown[name])
     verdicts = judge(frames)
     write_atomic(out / "figures.json", json.dumps(_rows(verdicts), indent=2).encode())
     write_page(out, frames, verdicts)

@@ -1,59 +1,36 @@
-"""Lee diagrams: the colours of the bow over drop radius and angle."""
+"""Lee diagrams: the colours of the bow over drop radius and scattering angle."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.base.arrays import (
-    Array,
-    Progress,
-    floats,
-    no_progress,
-)
+from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.base.errors import InputError
-from rtbow.base.limits import (
-    MAX_RADIUS_UM,
-    MIN_RADIUS_UM,
-)
+from rtbow.base.limits import MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.frames.display import auto_exposure_ev, display
-from rtbow.frames.plot import (
-    caption,
-    new_figure,
-    save,
-    style,
-)
+from rtbow.frames.plot import caption, new_figure, save, style
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.study.charts import (
-    _NAMES,
-    Normalise,
+    THEORY_NAMES,
     Setup,
-    _component,
-    _opposite,
-    _require_angles,
-    _require_range,
+    check_angles,
+    check_range,
+    opposite,
 )
 from rtbow.tables.sections import Theory
 from rtbow.world.spectra import E490, load_spectrum
 
-LEE_DEG = (135.0, 147.0)
-"""Scattering angles of a Lee diagram: the primary bow of all drops from 10 µm."""
+Normalise = Literal["column", "none"]
 
-
-LEE_SIZE = (300, 400)
-"""Radii and angles of a Lee diagram's raster."""
-
-
-MAX_LEE_SIDE = 4000
-
-
-LEE_STEP_NM = 5.0
+_MAX_SIDE = 4000
+_STEP_NM = 5.0
 
 
 @dataclass(frozen=True)
@@ -62,11 +39,11 @@ class LeeRaster:
 
     Attributes:
         setup: drops and light.
-        radius_um: ends of the range; columns lie evenly in its logarithm.
-        theta_deg: ends of the range; rows lie evenly in it.
-        xyz: for each theory, X, Y, Z of the light that one drop sends in a direction, in lm/sr
-            under sunlight of E490 (R, U, 3): columns by increasing radius, rows by increasing
-            scattering angle, each at the middle of its cell.
+        radius_um: ends of the range of radii, whose logarithms are evenly spaced.
+        theta_deg: ends of the range of scattering angles, which are evenly spaced.
+        xyz: by theory, X, Y, Z of the light that one drop sends in a direction, in lm/sr under
+            sunlight of E490 (R, U, 3), by increasing radius and scattering angle, each at the
+            middle of its cell.
     """
 
     setup: Setup
@@ -77,9 +54,9 @@ class LeeRaster:
     def relative(self, normalise: Normalise) -> dict[Theory, Array]:
         """Give X, Y, Z weighted for display, of the shape of ``xyz``.
 
-        ``column``: every radius to a greatest Y of 1 in this range of angles, as Lee does.
-        ``none``: per area of the drop, a², to a greatest Y of 1 over all theories: what the same
-        area of drops of each size sends.
+        With ``column`` the greatest Y of each radius in this range of angles is 1, as Lee has it.
+        With ``none`` the values are per area of the drop, a², as from the same area of drops of
+        each size, and the greatest Y of all theories is 1.
         """
         if normalise == "column":
             return {
@@ -92,14 +69,14 @@ class LeeRaster:
         return {t: floats(each / greatest) for t, each in per_area.items()}
 
     def pictures(self, normalise: Normalise) -> dict[Theory, NDArray[np.uint8]]:
-        """Give sRGB pictures (U, R, 3), small scattering angles on top, all exposed alike."""
+        """Give sRGB pictures (U, R, 3) of one exposure, small scattering angles on top."""
         rgb = {t: xyz_to_rgb(xyz).transpose(1, 0, 2) for t, xyz in self.relative(normalise).items()}
         exposure = auto_exposure_ev(np.concatenate(list(rgb.values()), axis=1))
         return {t: display(frame, exposure) for t, frame in rgb.items()}
 
 
 def _cells(low: float, high: float, count: int) -> Array:
-    """Middles of equal cells between two numbers (count,)."""
+    """Give the middles of equal cells between two numbers (count,)."""
     return floats(low + (np.arange(count) + 0.5) * ((high - low) / count))
 
 
@@ -111,7 +88,7 @@ def lee_raster(
     setup: Setup,
     radius_um: tuple[float, float],
     theta_deg: tuple[float, float],
-    size: tuple[int, int] = LEE_SIZE,
+    size: tuple[int, int],
     progress: Progress = no_progress,
 ) -> LeeRaster:
     """Compute the colours of sunlight from drops, over radius and scattering angle.
@@ -120,23 +97,23 @@ def lee_raster(
         setup: drops and light.
         radius_um: least and greatest radius.
         theta_deg: least and greatest scattering angle.
-        size: radii and angles of the raster.
-        progress: wraps the loop over radii, and one over parts of a table that must be built.
+        size: number of radii and of angles.
+        progress: wraps the loops over radii and over the parts of a table that must be built.
 
     Raises:
-        InputError: a value outside of its range.
+        InputError: a value is out of its range.
 
     Source: R. L. Lee, Applied Optics 37, 1506 (1998).
     """
     limits = (MIN_RADIUS_UM, MAX_RADIUS_UM)
-    _require_range(("--radius-from", "--radius-to"), radius_um, *limits, "um")
-    _require_angles(theta_deg)
+    check_range(("--radius-from", "--radius-to"), radius_um, *limits, "um")
+    check_angles(theta_deg)
     for side in size:
-        if not 2 <= side <= MAX_LEE_SIDE:
+        if not 2 <= side <= _MAX_SIDE:
             raise InputError(
-                f"--size {size[0]}x{size[1]}: must be 2..{MAX_LEE_SIDE} radii and as many angles"
+                f"--size {size[0]}x{size[1]}: must be 2..{_MAX_SIDE} radii and as many angles"
             )
-    bins = wavelength_bins(LEE_STEP_NM)
+    bins = wavelength_bins(_STEP_NM)
     weights = colour_weights(load_spectrum(E490), bins)
     radius_m = _cells_log(*radius_um, size[0]) * 1e-6
     theta = np.radians(_cells(*theta_deg, size[1]))
@@ -148,7 +125,7 @@ def lee_raster(
         xyz[theory] = np.empty((*size, 3))
         for start in progress(range(0, size[0], block)):
             part = slice(start, start + block)
-            mean = _component(sections.sections(radius_m[part], theta, setup.disc_rad), "mean")
+            mean = sections.sections(radius_m[part], theta, setup.disc_rad).mean(axis=-1)
             xyz[theory][part] = np.einsum("rwu,wc->ruc", mean, weights)
     return LeeRaster(setup, radius_um, theta_deg, xyz)
 
@@ -157,7 +134,7 @@ def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
     """Draw a Lee diagram for each theory, side by side: ``.png`` or ``.svg``, whole or not at all.
 
     Args:
-        path: where to.
+        path: the file.
         data: the colours.
         normalise: see :meth:`LeeRaster.relative`.
     """
@@ -167,8 +144,8 @@ def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
         figure = new_figure(1.2 + 4.4 * len(pictures), 5.6)
         grid = figure.subplots(1, len(pictures), sharey=True, squeeze=False)[0]
         for axis, (theory, picture) in zip(grid, pictures.items(), strict=True):
-            # In the axes' own coordinates: data coordinates would be logarithmic, which images
-            # do not follow, while columns of this one are even in the logarithm already.
+            # In the axes' own coordinates: images do not follow a logarithmic axis, and the
+            # columns of this one are even in the logarithm already.
             axis.imshow(
                 picture,
                 extent=(0.0, 1.0, 0.0, 1.0),
@@ -178,10 +155,10 @@ def draw_lee(path: Path, data: LeeRaster, normalise: Normalise) -> None:
             )
             _log_radius_axis(axis, data.radius_um)
             axis.set_ylim(180.0 - high, 180.0 - low)
-            axis.set_title(_NAMES[theory], fontsize=11)
+            axis.set_title(THEORY_NAMES[theory], fontsize=11)
             axis.tick_params(direction="out")
         grid[0].set_ylabel("angle from the antisolar point, degrees")
-        right = grid[-1].secondary_yaxis("right", functions=(_opposite, _opposite))
+        right = grid[-1].secondary_yaxis("right", functions=(opposite, opposite))
         right.set_ylabel("scattering angle, degrees")
         weight = {
             "column": "each radius to its own greatest luminance",

@@ -1,11 +1,9 @@
-"""The page about the paper's figures: plots, and HTML that opens from disk."""
+"""The page on the paper's figures: plots, and HTML that opens from disk."""
 
 from __future__ import annotations
 
 import html
-import io
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
 from rtbow.frames import measures
 from rtbow.frames.measures import Profile
+from rtbow.frames.plot import new_figure, save
 from rtbow.scene.text.file import builtin_scenes, scene_title
 from rtbow.study.claims import Frame, Verdict, sun_profile
 from rtbow.world.lights import lamps, suns
@@ -21,25 +20,11 @@ from rtbow.world.spectra import load_spectrum
 SPECTRA = (("equal-energy", "equal energy"), ("E490", "sun, ASTM E-490"), ("FL1", "lamp, CIE FL1"))
 
 
-def _pyplot() -> Any:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    return plt
-
-
-def _save(figure: Any, path: Path) -> None:
-    buffer = io.BytesIO()
-    # No date inside: the same numbers give the same file.
-    figure.savefig(buffer, format="png", dpi=80, metadata={"Software": None})
-    _pyplot().close(figure)
-    write_atomic(path, buffer.getvalue())
+_DPI = 80
 
 
 def profile_of(frame: Frame) -> tuple[Profile, str]:
-    """Give a frame's angle profile and what the angle is measured from."""
+    """Give a frame's angle profile, and the name of the point that angles are measured from."""
     if suns(frame.scene):
         return sun_profile(frame), "antisolar point"
     camera = frame.scene.camera
@@ -52,11 +37,11 @@ def profile_of(frame: Frame) -> tuple[Profile, str]:
 
 
 def plot_profile(frame: Frame, path: Path) -> None:
-    """Plot luminance and chromaticity against the angle from the antisolar point."""
-    plt = _pyplot()
+    """Plot a frame's luminance and chromaticity against the angle (:func:`profile_of`)."""
     profile, origin = profile_of(frame)
     lit = profile.luminance > 1e-4 * profile.luminance.max()
-    figure, (above, below) = plt.subplots(2, 1, figsize=(6, 4.4), sharex=True, layout="constrained")
+    figure = new_figure(6.0, 4.4)
+    above, below = figure.subplots(2, 1, sharex=True)
     above.plot(profile.angle_deg, profile.luminance, color="black", lw=1.2)
     above.set_ylabel("luminance, cd/m²")
     uv = measures.chromaticity(profile.xyz)
@@ -67,14 +52,14 @@ def plot_profile(frame: Frame, path: Path) -> None:
     below.set_ylabel("chromaticity")
     below.set_xlabel(f"angle from the {origin}, degrees")
     below.legend(loc="lower right")
-    _save(figure, path)
+    save(figure, path, _DPI)
 
 
 def plot_spectra(path: Path) -> None:
-    """Plot figure 6: the three spectra, each to the same area over 380-780 nm."""
-    plt = _pyplot()
+    """Plot figure 6: the three spectra, with equal areas over 380-780 nm."""
     nm = np.arange(380.0, 780.5, 1.0)
-    figure, axes = plt.subplots(1, 3, figsize=(10, 2.8), sharex=True, layout="constrained")
+    figure = new_figure(10.0, 2.8)
+    axes = figure.subplots(1, 3, sharex=True)
     for axis, (name, title) in zip(axes, SPECTRA, strict=True):
         spectrum = load_spectrum(name)
         value = np.interp(nm, spectrum.wavelength_nm, spectrum.value) / spectrum.visible * 400.0
@@ -83,7 +68,7 @@ def plot_spectra(path: Path) -> None:
         axis.set_ylim(0.0, None)
         axis.set_xlabel("wavelength, nm")
     axes[0].set_ylabel("relative power per nm")
-    _save(figure, path)
+    save(figure, path, _DPI)
 
 
 _STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;
@@ -124,9 +109,9 @@ def write_page(out: Path, frames: dict[str, Frame], verdicts: list[Verdict]) -> 
     """Write the profiles, figure 6 and ``index.html`` into a folder.
 
     Args:
-        out: the folder, in which the pictures lie as ``fig5a.png``.
-        frames: the frames that are there.
-        verdicts: the claims' verdicts.
+        out: the folder, which holds the pictures, such as ``fig5a.png``.
+        frames: the frames by name.
+        verdicts: the verdicts on the claims.
     """
     for name, frame in frames.items():
         plot_profile(frame, out / f"{name}-profile.png")
@@ -142,13 +127,10 @@ def write_page(out: Path, frames: dict[str, Frame], verdicts: list[Verdict]) -> 
         " the .exr files that the command writes beside this page.</p>"
     ]
     for figure in ("1", "5", "6", "7", "8", "9"):
-        here = [n for n in frames if n.startswith(f"fig{figure}")]
-        claims = [v for v in verdicts if v.claim.figure == figure]
         parts.append(f"<h2>Figure {figure}</h2>")
         if figure == "6":
             parts.append('<img src="fig6.png" alt="the three spectra" style="max-width:100%">')
-        parts += [_claim(v) for v in claims]
-        parts.append(
-            '<div class="scenes">' + "".join(_scene(n, titles[n]) for n in here) + "</div>"
-        )
+        parts += [_claim(verdict) for verdict in verdicts if verdict.claim.figure == figure]
+        scenes = [_scene(n, titles[n]) for n in frames if n.startswith(f"fig{figure}")]
+        parts.append(f'<div class="scenes">{"".join(scenes)}</div>')
     write_atomic(out / "index.html", "".join(parts).encode())
