@@ -1,4 +1,4 @@
-"""How far a frame is from another, in colour difference and in tristimulus values."""
+"""Differences between two frames, as colour differences and in tristimulus values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rtbow.base.arrays import Array, floats
 from rtbow.physics.light.colour import D65_XYZ
 
 WHITE_PERCENTILE = 99.5
-"""White is as bright as the reference at this percentile of its pixels' luminance."""
+"""White has the luminance of the reference's pixels at this percentile."""
 
 
 def delta_e_2000(xyz: Array, reference_xyz: Array, white_xyz: Array) -> Array:
@@ -24,7 +24,7 @@ def delta_e_2000(xyz: Array, reference_xyz: Array, white_xyz: Array) -> Array:
     Returns:
         ΔE2000 (...); about 1 is just noticeable side by side.
     """
-    # Slow to import, and needed by nothing that draws.
+    # Imported late: it is slow, and nothing that draws needs it.
     from colour import XYZ_to_Lab, XYZ_to_xy, delta_E
 
     white = floats(white_xyz)
@@ -75,19 +75,19 @@ def frame_difference(xyz: Array, reference_xyz: Array) -> FrameDifference:
     """Measure how far a frame is from a reference.
 
     The white is D65 with the reference's 99.5th-percentile luminance. Pixels that are black in both
-    would make any median look good: they count for the white alone.
+    frames count for the white alone: they would make any median look good.
 
     Args:
         xyz: X, Y, Z (..., 3).
         reference_xyz: the same shape and unit.
 
     Raises:
-        ValueError: shapes differ, the reference has no light, or a number is not finite.
+        ValueError: the shapes differ, the reference has no light, or a number is not finite.
     """
     frame, reference = floats(xyz), floats(reference_xyz)
     if frame.shape != reference.shape:
         raise ValueError(f"frames of shapes {frame.shape} and {reference.shape}; must be alike")
-    # Before percentiles and maxima, which would pass over a NaN or hide where it came from.
+    # Before percentiles and maxima, which ignore a NaN or hide its origin.
     if not (np.all(np.isfinite(frame)) and np.all(np.isfinite(reference))):
         raise ValueError("a frame holds a NaN or an infinity")
     level = float(np.percentile(reference[..., 1], WHITE_PERCENTILE))

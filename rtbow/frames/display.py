@@ -18,11 +18,11 @@ from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 
 # 78 / (100 · 0.65): cd/m² that saturate the camera at EV 0.
 SATURATION_LUMINANCE_EV0 = 1.2
-# Automatic exposure puts this share of the pixels' brightest components ...
+# Automatic exposure keeps this share of the pixels' brightest components ...
 AUTO_QUANTILE = 0.995
-# ... at or below this share of full scale, so that saturated bow colours keep some room.
+# ... at or below this share of full scale, which leaves room for the bow's saturated colours.
 AUTO_LEVEL = 0.8
-# "Sunny 16", the exposure of a sunlit scene: for a black frame any value shows black.
+# The exposure of a sunlit scene ("sunny 16"); a black frame is black at any value.
 BLACK_FRAME_EV = 15.0
 # float32 luminances span about ±149 powers of two; automatic exposure always stays inside.
 EV_LIMIT = 200.0
@@ -68,9 +68,9 @@ def max_luminance(exposure_ev: float) -> float:
 def auto_exposure_ev(rgb: Floats) -> float:
     """Return the exposure value at which a frame is well exposed.
 
-    The 99.5th percentile of the brightest component, over all pixels with light, comes to 0.8 of
-    full scale. Components are taken after negative ones were brought into gamut, so that the
-    saturated colours of a bow are judged by what will be shown.
+    The 99.5th percentile of the brightest component, over all pixels with light, is brought to 0.8
+    of full scale. Negative components are brought into gamut first, so that the saturated colours
+    of a bow are judged as they will be shown.
 
     Args:
         rgb: Linear Rec. 709 in cd/m², shape (h, w, 3).
@@ -164,5 +164,5 @@ def _dither(height: int, width: int) -> NDArray[np.float64]:
     x = np.arange(width, dtype=np.float64)
     y = np.arange(height, dtype=np.float64)[:, np.newaxis]
     noise = np.mod(52.9829189 * np.mod(0.06711056 * x + 0.00583715 * y, 1.0), 1.0)
-    # Kept off 0 and 1, so that a whole code value stays itself in spite of rounding.
+    # Kept off 0 and 1, so that rounding does not change a whole code value.
     return 0.001 + 0.998 * noise

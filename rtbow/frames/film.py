@@ -28,11 +28,11 @@ FILM_SUFFIXES = (".mp4",)
 DEFAULT_FPS = 30.0
 FPS_RANGE = (1.0, 240.0)
 
-# x264's constant quality: 6 less halves the errors. At 18 it counts as without visible loss, but
-# the dither of dark gradients is gone; rainbows are smooth, and 12 makes small files yet.
+# x264's constant quality: 6 less halves the errors. 18 counts as visually lossless, but loses the
+# dither of dark gradients; with 12 files of rainbows are still small, since they are smooth.
 _CRF = 12
 _PRESET = "medium"
-# The index first, so that players start before they have all; and names of our own for texts.
+# The index comes first, so that players start early; and texts may have names of our own.
 _MOV_FLAGS = "+faststart+use_metadata_tags"
 
 
@@ -48,8 +48,8 @@ class Film:
         """Append a picture.
 
         Args:
-            picture: 8 bit sRGB, shape (h, w, 3). Where a side is odd, its last row or column is
-                shown twice: colours of H.264 (4:2:0) are shared by 2 × 2 pixels.
+            picture: 8 bit sRGB, shape (h, w, 3). The last row or column of an odd side is shown
+                twice, since 2 × 2 pixels of H.264 (4:2:0) share their colour.
 
         Raises:
             InputError: the film cannot be written.
@@ -71,13 +71,13 @@ class Film:
         self._encode(frame)
 
     def _encode(self, frame: av.VideoFrame | None) -> None:
-        """Encode a frame; None is the end."""
+        """Encode a frame; None ends the film."""
         with explaining(self._path):
             self._container.mux(self._stream.encode(frame))
 
 
 def film_texts(path: PathLike) -> dict[str, str]:
-    """Return what a film says of itself; nothing of a file that is none.
+    """Return a film's texts by name; none if the file is no film.
 
     Raises:
         UnavailableError: PyAV does not load here.
@@ -86,7 +86,7 @@ def film_texts(path: PathLike) -> dict[str, str]:
     import av
 
     try:
-        # A file and its format: by a name, FFmpeg would follow playlists and addresses.
+        # An open file of a given format: of a name, FFmpeg would follow playlists and addresses.
         with (
             open(path, "rb") as file,
             av.open(file, format="mp4", metadata_errors="replace") as film,
@@ -106,13 +106,13 @@ def film_at(
     """Give a film to add pictures to; it takes its place when the block ends without exception.
 
     Args:
-        path: where it shall stand; what stood there stays until the film is whole.
+        path: the file; what is there stays until the film is whole.
         size_px: width and height of the pictures.
         fps: pictures a second, 1 to 240.
         metadata: strings that say how the film was made, by name.
 
     Raises:
-        InputError: a frame rate out of range, or the film cannot be written.
+        InputError: the frame rate is out of range, or the film cannot be written.
         UnavailableError: the encoder does not load here.
     """
     check_fps(fps)
@@ -125,7 +125,7 @@ def film_at(
             yield film
             film._encode(None)
         except BaseException:
-            with suppress(OSError):  # of a film that nobody will see
+            with suppress(OSError):  # the film is thrown away
                 container.close()
             raise
         with explaining(path):
@@ -133,7 +133,7 @@ def film_at(
 
 
 def check_fps(fps: float) -> None:
-    """Raise InputError unless a frame rate is one that films may have."""
+    """Raise InputError unless a frame rate is within ``FPS_RANGE``."""
     low, high = FPS_RANGE
     if not low <= fps <= high:  # NaN too
         raise InputError(f"--fps {fps:g}: must be {low:g}..{high:g} pictures a second")
@@ -143,7 +143,7 @@ def even_sides(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Give a picture with its last row and column repeated where their number is odd.
 
     Raises:
-        RtbowError: it is no picture of 8 bit RGB.
+        RtbowError: the picture is not 8 bit RGB.
     """
     if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8:
         raise RtbowError(f"film: picture of shape {picture.shape}, type {picture.dtype}")
@@ -160,7 +160,7 @@ def _open(
 
     container = av.open(str(temporary), "w", format="mp4", options={"movflags": _MOV_FLAGS})
     container.metadata.update(metadata)
-    # 29.97 is 2997/100, as precise as it was typed.
+    # 29.97 becomes 2997/100, as it was typed.
     rate = Fraction(fps).limit_denominator(1001)
     stream = container.add_stream(
         "libx264", rate=rate, options={"crf": str(_CRF), "preset": _PRESET}

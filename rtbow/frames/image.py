@@ -32,9 +32,9 @@ def frame_metadata(scene: Scene, command: str, method: str, renderer: str) -> di
     """Give the strings that say how a frame was made.
 
     Args:
-        scene: what it shows.
+        scene: the scene that it shows.
         command: the command line that made it.
-        method: that drew it.
+        method: the method that drew it.
         renderer: the GL device and driver, or the CPU.
     """
     return {
@@ -52,10 +52,10 @@ def write_frame(
     metadata: Mapping[str, str],
     exposure_ev: float | None = None,
 ) -> None:
-    """Write a frame as the file's suffix says: ``.exr`` radiance or ``.png`` displayed picture.
+    """Write a frame in the format of the suffix: radiance as ``.exr``, a picture as ``.png``.
 
     Args:
-        path: Where the file shall stand, ending in ``.exr`` or ``.png``.
+        path: The file, ending in ``.exr`` or ``.png``.
         rgb: Linear Rec. 709 in cd/m², shape (h, w, 3).
         metadata: Strings that say how the frame was made.
         exposure_ev: Exposure value (ISO 100) of the picture; None chooses one by the frame.
@@ -70,8 +70,8 @@ def write_frame(
     elif suffix == ".png":
         if exposure_ev is None:
             exposure_ev = auto_exposure_ev(rgb)
-        said = {**metadata, "exposureEV100": f"{exposure_ev:.6g}"}
-        write_png(path, display(rgb, exposure_ev), said)
+        texts = {**metadata, "exposureEV100": f"{exposure_ev:.6g}"}
+        write_png(path, display(rgb, exposure_ev), texts)
     else:
         raise InputError(
             f"{os.fspath(path)}: suffix {suffix!r} is not known; must be .exr or .png; "
@@ -83,7 +83,7 @@ def write_exr(path: PathLike, rgb: NDArray[np.float32], metadata: Mapping[str, s
     """Write a frame as OpenEXR with float32 channels R, G, B, whole or not at all.
 
     Args:
-        path: Where the file shall stand.
+        path: The file.
         rgb: Linear Rec. 709 in cd/m², shape (h, w, 3); negative components are kept.
         metadata: String attributes by name.
 
@@ -133,7 +133,7 @@ def write_png(path: PathLike, display_rgb: NDArray[np.uint8], metadata: Mapping[
     """Write a displayed picture as an sRGB PNG, whole or not at all.
 
     Args:
-        path: Where the file shall stand.
+        path: The file.
         display_rgb: 8 bit sRGB, shape (h, w, 3).
         metadata: Texts by keyword, of 1 to 79 Latin letters.
 
@@ -141,7 +141,7 @@ def write_png(path: PathLike, display_rgb: NDArray[np.uint8], metadata: Mapping[
         InputError: The file cannot be written.
         RtbowError: The picture has another shape or type.
     """
-    # Here, since most runs never write a PNG.
+    # Imported late: most runs never write a PNG.
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
@@ -175,7 +175,7 @@ def read_png(path: PathLike) -> tuple[NDArray[np.uint8], dict[str, str]]:
     from PIL.PngImagePlugin import PngImageFile
 
     try:
-        # Not Image.open, which takes large pictures for an attack.
+        # Not Image.open, which refuses large pictures as an attack.
         with PngImageFile(path) as image:
             if image.mode != "RGB":
                 raise ValueError(f"mode {image.mode}")
@@ -189,12 +189,12 @@ def read_png(path: PathLike) -> tuple[NDArray[np.uint8], dict[str, str]]:
 
 
 def frame_texts(path: PathLike) -> dict[str, str]:
-    """Return what a frame says of itself, without its pixels; nothing of a file that is none."""
+    """Return a frame's texts by name, without reading its pixels; none if it is no frame."""
     return exr_texts(path) if Path(path).suffix.lower() == ".exr" else png_texts(path)
 
 
 def exr_texts(path: PathLike) -> dict[str, str]:
-    """Return the string attributes of an OpenEXR file; none of a file that is no such one."""
+    """Return the string attributes of an OpenEXR file by name; none if it is not OpenEXR."""
     import OpenEXR
 
     try:
@@ -205,7 +205,7 @@ def exr_texts(path: PathLike) -> dict[str, str]:
 
 
 def png_texts(path: PathLike) -> dict[str, str]:
-    """Return the texts before the pixels of a PNG file; none of a file that is no such one."""
+    """Return the texts before the pixels of a PNG file by keyword; none if it is not PNG."""
     from PIL.PngImagePlugin import PngImageFile
 
     try:

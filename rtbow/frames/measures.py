@@ -1,4 +1,4 @@
-"""Pixel statistics of frames: where a bow is, how wide, how rich in fringes, of what colour."""
+"""Pixel statistics of frames: a bow's place, width, fringes, colour and shape."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from rtbow.world.camera import camera_basis, pixel_directions
 Channel = Literal["red", "green", "blue", "luminance"]
 
 PRIMARY_DEG = (36.0, 44.0)
-"""Angles from the antisolar point among which the primary's peak lies, drops of 20 µm and up."""
+"""With drops of 20 µm and more, the primary peaks between these angles from the antisolar point."""
 SECONDARY_DEG = (48.5, 60.0)
+"""The secondary peaks between these angles."""
 SUPERNUMERARIES_DEG = 8.0
-"""How far inside the primary, or outside the secondary, supernumeraries are looked for."""
+"""Supernumeraries are looked for up to this angle inside the primary or outside the secondary."""
 
 
 class MeasureError(RtbowError):
-    """A frame does not hold what is to be measured."""
+    """A frame lacks what is to be measured."""
 
 
 def angle_from(camera: Camera, axis: Array) -> Array:
@@ -33,7 +34,7 @@ def angle_from(camera: Camera, axis: Array) -> Array:
 
     Args:
         camera: the camera.
-        axis: unit vector (3,); the antisolar point is minus the direction to the sun.
+        axis: unit vector (3,), such as the antisolar point's: minus the direction to the sun.
     """
     return angle_between(pixel_directions(camera), axis)
 
@@ -86,13 +87,13 @@ def radial_profile(
         rgb: linear Rec. 709, (h, w, 3).
         angle_rad: angle of each pixel, (h, w).
         step_deg: width of a ring; about a pixel.
-        mask: which pixels count (h, w); all by default.
-        depth: length of each ray in the rain (h, w). A ring is then brought to the mean depth:
-            neighbouring rings meet the pixel grid in different directions, where the rain is of
-            different depth, and would differ by that.
+        mask: the pixels that count (h, w); all by default.
+        depth: length of each ray in the rain (h, w). If given, each ring is scaled to the mean
+            depth: neighbouring rings hold pixels in different directions, where the rain is of
+            different depth, and would differ for that alone.
 
     Returns:
-        Rings with at least four pixels.
+        The rings that hold at least four pixels.
     """
     chosen = np.ones(angle_rad.shape, dtype=bool) if mask is None else mask
     ring = np.floor(np.degrees(angle_rad[chosen]) / step_deg).astype(np.int64)
@@ -100,12 +101,12 @@ def radial_profile(
     count = np.bincount(ring)
     sums = floats(np.stack([np.bincount(ring, weights=p) for p in pixels.T], axis=1))
     if depth is not None:
-        here = depth[chosen]
-        mean_depth = np.bincount(ring, weights=here) / np.maximum(count, 1)
-        typical = here[here > 0.0].mean() if np.any(here > 0.0) else 1.0
+        depths = depth[chosen]
+        mean_depth = np.bincount(ring, weights=depths) / np.maximum(count, 1)
+        typical = depths[depths > 0.0].mean() if np.any(depths > 0.0) else 1.0
         sums = floats(sums * (typical / np.maximum(mean_depth, 1e-6 * typical))[:, None])
     full = np.flatnonzero(count >= 4)
-    # A ring holds few pixels, whose mean angle is not its middle: brought there by interpolation.
+    # The mean angle of a ring's few pixels is not its middle: means are interpolated to the middle.
     angle = np.bincount(ring, weights=np.degrees(angle_rad[chosen]))[full] / count[full]
     mean = sums[full] / count[full, None]
     middle = (full + 0.5) * step_deg
@@ -114,7 +115,7 @@ def radial_profile(
 
 
 def _top(angle: Array, value: Array) -> tuple[float, float]:
-    """Angle and height of the greatest value, by a parabola through three samples."""
+    """Give the angle and height of the greatest value, by a parabola through three samples."""
     k = int(np.clip(np.argmax(value), 1, len(value) - 2))
     parabola = np.polyfit(angle[k - 1 : k + 2] - angle[k], value[k - 1 : k + 2], 2)
     shift = -0.5 * parabola[1] / parabola[0] if parabola[0] < 0.0 else 0.0
@@ -125,7 +126,7 @@ def bow_radius(profile: Profile, reflections: int, channel: Channel = "luminance
     """Give the angle of a bow's peak in a channel, degrees from the antisolar point.
 
     Raises:
-        MeasureError: the bow's angles are not in the frame, or hold no peak.
+        MeasureError: the frame does not show the bow's angles, or they hold no peak.
     """
     span = PRIMARY_DEG if reflections == 1 else SECONDARY_DEG
     part = profile.between(*span)
@@ -138,11 +139,11 @@ def bow_radius(profile: Profile, reflections: int, channel: Channel = "luminance
 def primary_width(profile: Profile, channel: Channel = "luminance") -> float:
     """Give the full width at half maximum of the primary in a channel, degrees.
 
-    Outside, half of the peak; inside, half-way between the peak and the plateau, the mean from 3 to
-    6 degrees inside, where supernumeraries average out.
+    The outer end is at half of the peak. The inner end is half-way between the peak and the
+    plateau: the mean from 3 to 6 degrees inside, over which supernumeraries average out.
 
     Raises:
-        MeasureError: no primary.
+        MeasureError: the frame shows no primary.
     """
     centre = bow_radius(profile, 1, channel)
     plateau = float(profile.between(centre - 6.0, centre - 3.0).channel(channel).mean())
@@ -156,7 +157,7 @@ def primary_width(profile: Profile, channel: Channel = "luminance") -> float:
 
 
 def _crossing(angle: Array, value: Array, level: float) -> float:
-    """Angle at which values first fall below a level."""
+    """Give the angle at which values first fall below a level."""
     below = np.flatnonzero(value < level)
     if not below.size or below[0] == 0:
         raise MeasureError("the primary does not fall to half its height within the frame")
@@ -168,7 +169,7 @@ def _crossing(angle: Array, value: Array, level: float) -> float:
 def supernumerary_maxima(profile: Profile, reflections: int = 1) -> list[float]:
     """Give the angles of the maxima of luminance beside a bow, on its bright side.
 
-    A maximum counts if it stands out by 1 % of the bow's peak.
+    A maximum counts if its prominence is at least 1 % of the bow's peak.
     """
     from scipy.signal import find_peaks
 
@@ -178,23 +179,23 @@ def supernumerary_maxima(profile: Profile, reflections: int = 1) -> list[float]:
     else:
         part = profile.between(centre - 1.0, centre + SUPERNUMERARIES_DEG)
     top = float(part.luminance.max())
-    found, _ = find_peaks(part.luminance, prominence=0.01 * top)
-    beside = [float(part.angle_deg[k]) for k in found]
-    return [a for a in beside if (centre - a if reflections == 1 else a - centre) > 0.2]
+    peaks, _ = find_peaks(part.luminance, prominence=0.01 * top)
+    maxima = [float(part.angle_deg[k]) for k in peaks]
+    return [a for a in maxima if (centre - a if reflections == 1 else a - centre) > 0.2]
 
 
 def supernumerary_contrast(profile: Profile, other: Profile | None = None) -> tuple[float, float]:
     """Give the contrast of the supernumeraries inside the primary, of luminance and of chroma.
 
-    The ripple of a quantity is what a smooth curve (Savitzky-Golay, third order over 1.6 degrees)
-    leaves of it over the angles from 1 to 6 degrees inside the peak, where supernumeraries lie.
-    Contrast of luminance: the root mean square of its logarithm's ripple. Contrast of chroma: that
-    of u' and v' together.
+    The ripple of a quantity is its deviation from a smooth curve (Savitzky-Golay, third order over
+    1.6 degrees) over the angles from 1 to 6 degrees inside the peak, where supernumeraries lie. The
+    contrast of luminance is the root mean square of its logarithm's ripple, the contrast of chroma
+    that of u' and v' together.
 
     Args:
-        profile: the profile, or that of one half of the picture.
-        other: that of the other half, in the same rings: then only what both halves share counts.
-            Supernumeraries are the same in both, the chance of random drops is not.
+        profile: the profile of the picture, or of one half of it.
+        other: the profile of the other half, in the same rings. If given, only the ripple that both
+            halves share counts: supernumeraries are the same in both, random drops are not.
     """
     centre = bow_radius(profile, 1)
     first = _ripples(profile, centre)
@@ -206,9 +207,9 @@ def supernumerary_contrast(profile: Profile, other: Profile | None = None) -> tu
 
 
 def chance_ripple(profile: Profile, other: Profile) -> float:
-    """Give the luminance ripple that chance puts into one half of a picture of random drops.
+    """Give the luminance ripple that random drops cause in one half of a picture.
 
-    It is what the halves do not share: the root mean square of half their ripples' difference.
+    The halves do not share it: it is the root mean square of half the difference of their ripples.
     """
     centre = bow_radius(profile, 1)
     first, second = _ripples(profile, centre)[:, 0], _ripples(other, centre)[:, 0]
@@ -217,7 +218,7 @@ def chance_ripple(profile: Profile, other: Profile) -> float:
 
 
 def _ripples(profile: Profile, centre: float) -> Array:
-    """Ripples of the logarithm of luminance, u' and v' inside a bow, about their mean (n, 3)."""
+    """Give the ripples (n, 3) of log luminance, u' and v' inside a bow, about their mean."""
     from scipy.signal import savgol_filter
 
     part = profile.between(centre - 8.0, centre)
@@ -273,11 +274,11 @@ def primary_chroma(profile: Profile, white: Array = D65_XYZ, half_width_deg: flo
 
 @dataclass(frozen=True)
 class Ridge:
-    """Where the inner edge of a bow runs: the steepest rise of luminance in each pixel column.
+    """The inner edge of a bow: the steepest rise of luminance in each pixel column.
 
     Attributes:
         directions: unit vectors (n, 3) to the edge.
-        xyz: X, Y, Z of the bow just outside of the edge (n, 3).
+        xyz: X, Y, Z of the bow just outside the edge (n, 3).
     """
 
     directions: Array
@@ -287,20 +288,20 @@ class Ridge:
 def ridge(rgb: Array, camera: Camera, reach_deg: float = 3.0) -> Ridge:
     """Trace the inner edge of a bow that arches over the middle of the picture.
 
-    From column to column the edge moves by little, which tells it from other edges: it is followed
-    from the middle column outwards, and ends where it leaves the picture.
+    The edge moves little from column to column, unlike other edges: it is followed from the middle
+    column outwards, and ends where it leaves the picture.
 
     Args:
         rgb: linear Rec. 709 (h, w, 3).
         camera: the camera.
-        reach_deg: how far above the edge the bow's colour is taken from.
+        reach_deg: angle above the edge over which the bow's colour is averaged.
 
     Raises:
-        MeasureError: no edge in the middle, or too few columns with one.
+        MeasureError: there is no edge in the middle, or in too few columns.
     """
     xyz, rays = rgb_to_xyz(rgb)[::-1], pixel_directions(camera)[::-1]
     width = xyz.shape[1]
-    found: dict[int, tuple[Array, Array]] = {}
+    edge: dict[int, tuple[Array, Array]] = {}
     for columns in (range(width // 2, width), range(width // 2 - 1, -1, -1)):
         last: float | None = None
         for column in columns:
@@ -313,16 +314,16 @@ def ridge(rgb: Array, camera: Camera, reach_deg: float = 3.0) -> Ridge:
             above = (height > 0.0) & (height < reach_deg)
             if not above.any():
                 break
-            found[column] = ray / np.linalg.norm(ray), xyz[above, column].mean(axis=0)
+            edge[column] = ray / np.linalg.norm(ray), xyz[above, column].mean(axis=0)
             last = row
-    if len(found) < max(width // 4, 4):
-        raise MeasureError(f"a bow's edge shows in {len(found)} of {width} columns")
-    order = sorted(found)
-    return Ridge(np.array([found[c][0] for c in order]), np.array([found[c][1] for c in order]))
+    if len(edge) < max(width // 4, 4):
+        raise MeasureError(f"a bow's edge shows in {len(edge)} of {width} columns")
+    directions, colours = zip(*(edge[column] for column in sorted(edge)), strict=True)
+    return Ridge(np.array(directions), np.array(colours))
 
 
 def _edge_row(level: Array, near: float | None) -> float | None:
-    """Row of the steepest rise of a column, near another row if there is one; None if none is."""
+    """Give the row of a column's steepest rise, near another row if given; None without a rise."""
     rise = np.diff(level)
     reach = max(3.0, 0.03 * len(rise))
     rows = np.arange(len(rise)) + 0.5
@@ -338,12 +339,12 @@ def _edge_row(level: Array, near: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle and how well points lie on it.
+    """A circle that was fitted to points.
 
     Attributes:
-        centre: unit vector (3,) to its centre, or its place in the picture plane (2,).
+        centre: unit vector (3,) to its centre, or the centre in the picture plane (2,).
         radius: angular radius in degrees, or radius in the picture plane.
-        residual: root mean square distance of the points, in the radius's unit.
+        residual: root mean square distance of the points from it, in the radius's unit.
     """
 
     centre: Array
@@ -374,7 +375,7 @@ def fit_circle(directions: Array) -> Circle:
 
 
 def picture_points(directions: Array, camera: Camera) -> Array:
-    """Give where directions meet the picture plane (n, 2), in focal lengths: right and up."""
+    """Give the points (n, 2), right and up in focal lengths, where rays meet the picture plane."""
     forward, right, up = camera_basis(camera)
     depth = directions @ forward
     return np.stack(
@@ -401,10 +402,10 @@ def fit_circle_in_picture(points: Array) -> Circle:
 
 
 def peakedness(points: Array) -> float:
-    """Give how far the top of a ridge stands out of its best circle, in radii; above 0 is peaked.
+    """Give the height of a ridge's top above its best circle, in radii; positive if it is peaked.
 
-    The mean miss of the top tenth of the points (n, 2) less that of the second quarter from below:
-    a mountain rises above the circle at its top and runs inside it along its flanks.
+    It is the mean distance from the circle of the top tenth of the points (n, 2) less that of the
+    second quarter from below: a mountain is outside the circle at its top, inside at its flanks.
     """
     circle = fit_circle_in_picture(points)
     miss = np.linalg.norm(points - circle.centre, axis=1) - circle.radius
