@@ -4,7 +4,7 @@
 PYTHON ?=
 VENV_PYTHON := .venv/bin/python
 
-.PHONY: demo test lint format clean
+.PHONY: demo test quick lint format clean
 
 demo:
 	@PYTHON="$(PYTHON)" tools/setup.sh demo
@@ -15,6 +15,10 @@ demo:
 
 test: lint
 	$(VENV_PYTHON) -m pytest
+
+# The inner loop: all but the tests that take seconds.
+quick: lint
+	$(VENV_PYTHON) -m pytest -m "not slow"
 
 lint:
 	@PYTHON="$(PYTHON)" tools/setup.sh test
