@@ -203,7 +203,7 @@ def budget(stages: list[str], output: Path | None) -> int:
     if output is not None:
         write_atomic(output, document(outcomes, facts()).encode())
         print(f"wrote {output}")
-    return sum(outcome.failure is not None for outcome in outcomes)
+    return sum(bool(outcome.failure) for outcome in outcomes)
 
 
 SECTIONS: dict[str, Callable[[], None]] = {

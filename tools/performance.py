@@ -11,41 +11,45 @@ row, the later counts.
 from __future__ import annotations
 
 import argparse
-import json
+import math
 import re
 import sys
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
+from markup import bullets, paragraph, table
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.base.files import write_atomic
+from rtbow.bench.plot import SCALING_LABELS, draw_scaling, draw_speed
 from rtbow.bench.report import (
-    SCALING_LABELS,
-    axis_value,
-    draw_scaling,
-    draw_speed,
+    DASH,
+    axis_of,
+    device_text,
+    error_cells,
     grouped,
+    megapixels,
+    memory_cells,
     method_text,
+    point_text,
+    quartiles,
     scene_text,
-    share,
     short,
+    size_text,
+    skipped_text,
 )
-from rtbow.bench.row import BenchRow
-
-Row = Mapping[str, Any]
+from rtbow.bench.row import BenchRow, Machine
 
 COMMAND = "python tools/performance.py"
 OUTPUT = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
-TARGET_SIZE = [640, 360]
+TARGET_SIZE = (640, 360)
 TARGET_STEP_NM = 5.0
 NOT_MEASURED = "not measured"
-_DASH = "–"
-_COLUMNS = 100
 # Mesa's renderers on the CPU.
 _CPU_RENDERERS = re.compile(r"llvmpipe|softpipe|\bSWR\b", re.IGNORECASE)
+_ROWS = TypeAdapter(list[BenchRow])
 
 
 @dataclass(frozen=True)
@@ -79,76 +83,65 @@ TARGETS = (
 # --- Reading -----------------------------------------------------------------------------------
 
 
-def read_rows(paths: Sequence[Path]) -> list[Row]:
+def read_rows(paths: Sequence[Path]) -> list[BenchRow]:
     """Read rows; of several alike the last counts.
 
     Raises:
         InputError: a file is not there or holds no rows of ``rtbow bench``.
     """
-    rows: dict[str, Row] = {}
+    rows = {}
     for path in paths:
         for row in _rows_of(path):
-            what = [device_of(row), scene_text(row), row["size_px"], method_text(row)]
-            rows[json.dumps([*what, row["scaling"]])] = row
+            what = (device_text(row), scene_text(row), row.size_px, method_text(row), row.scaling)
+            rows[what] = row
     return list(rows.values())
 
 
-def _rows_of(path: Path) -> list[Row]:
-    remedy = "give a file that rtbow bench --json wrote"
+def _rows_of(path: Path) -> list[BenchRow]:
     try:
-        data = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else f"not JSON: {error}"
-        raise InputError(f"{path}: cannot be read: {reason}; {remedy}") from None
-    if not isinstance(data, list) or not all(isinstance(row, dict) for row in data):
-        raise InputError(f"{path}: is not a list of rows; {remedy}")
-    wanted = BenchRow.__dataclass_fields__.keys()
-    for number, row in enumerate(data):
-        missing = [key for key in wanted if key not in row]
-        if missing:
-            raise InputError(f"{path}: row {number} lacks {', '.join(missing)}; {remedy}")
-    return data
+        return _ROWS.validate_json(path.read_bytes())
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror}"
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(map(str, first["loc"]))
+        problem = f"{place}: {first['msg']}" if place else first["msg"]
+    raise InputError(f"{path}: {problem}; give a file that rtbow bench --json wrote")
 
 
-def device_of(row: Row) -> str:
-    """Name what drew a row's frames: many CPUs go by one renderer's name."""
-    return f"{row['gl_renderer']}, {row['cpu_count']} × {row['cpu']}"
-
-
-def on_gpu(row: Row) -> bool:
-    """Tell whether a GPU drew a row's frames."""
-    return bool(row["gl_renderer"]) and not _CPU_RENDERERS.search(row["gl_renderer"])
+def on_gpu(row: BenchRow) -> bool:
+    """Whether a GPU drew a row's frames."""
+    renderer = row.machine.gl_renderer
+    return bool(renderer) and not _CPU_RENDERERS.search(renderer)
 
 
 # --- Writing -----------------------------------------------------------------------------------
 
 
-def document(rows: Sequence[Row], pictures: Mapping[str, str]) -> str:
+def document(rows: Sequence[BenchRow], pictures: Mapping[str, str]) -> str:
     """Write the document as Markdown.
 
     Args:
         rows: what was measured.
         pictures: addresses of plots by device and kind, ``"{device} speed"`` and so on.
     """
-    return "\n".join(_document(rows, pictures)) + "\n"
+    return "\n\n".join(_document(rows, pictures)) + "\n"
 
 
-def _document(rows: Sequence[Row], pictures: Mapping[str, str]) -> Iterator[str]:
+def _document(rows: Sequence[BenchRow], pictures: Mapping[str, str]) -> Iterator[str]:
     yield "# Performance"
-    yield ""
-    yield _wrapped(
+    yield paragraph(
         f"Written by `{COMMAND}` from what `rtbow bench --json` measured; edit that, not this."
     )
-    yield ""
     yield from _how(rows)
-    cpu = [row for row in rows if row["gl_renderer"] and not on_gpu(row)]
-    gpu = [row for row in rows if on_gpu(row)]
-    yield "## On the CPU"
-    yield ""
-    yield from _devices(cpu, pictures, "No row was drawn on a CPU.")
-    yield "## On a GPU"
-    yield ""
-    yield from _devices(gpu, pictures, "No row was drawn on a GPU.")
+    drawn = [row for row in rows if row.machine.gl_renderer]
+    for where, gpu in (("the CPU", False), ("a GPU", True)):
+        yield f"## On {where}"
+        devices = grouped([row for row in drawn if on_gpu(row) is gpu], device_text)
+        if not devices:
+            yield f"{NOT_MEASURED.capitalize()}. No row was drawn on a {where.split()[-1]}."
+        for group in devices:
+            yield from _device(group, pictures)
 
 
 _HOW = (
@@ -168,100 +161,94 @@ _HOW = (
 )
 
 
-def _how(rows: Sequence[Row]) -> Iterator[str]:
+def _how(rows: Sequence[BenchRow]) -> Iterator[str]:
     yield "## How it was measured"
-    yield ""
-    for paragraph in _HOW:
-        yield _wrapped(paragraph)
-        yield ""
-    loads = [row["load_average"] for row in rows if row["load_average"] is not None]
+    yield from map(paragraph, _HOW)
+    loads = [load for row in rows if (load := row.machine.load_average) is not None]
     if loads:
-        yield _wrapped(
+        yield paragraph(
             f"The machine's load average before the rows was {min(loads):.1f} to {max(loads):.1f}."
         )
-        yield ""
-    samples = dict.fromkeys(row["error_sample"] for row in rows if row["error_pixels"])
+    samples = dict.fromkeys(row.error.sample for row in rows if row.error)
     if samples:
-        yield _wrapped(f"Pixels compared: {'; '.join(samples)}.")
-        yield ""
-    commands = dict.fromkeys(_shown(row["command"]) for row in rows if row["command"])
+        yield paragraph(f"Pixels compared: {'; '.join(samples)}.")
+    commands = dict.fromkeys(_shown(row.command) for row in rows if row.command)
     if commands:
-        yield from ("```sh", *commands, "```", "")
+        yield "\n".join(["```sh", *commands, "```"])
 
 
 def _shown(command: str) -> str:
-    """Give a command with files by their names alone: where they lay is nobody's business."""
+    """Give a command with files by their names alone: where they were does not matter."""
     return re.sub(r"(?<=\s)[^\s]*/([^/\s]+\.json)", r"\1", command)
 
 
-def _devices(rows: Sequence[Row], pictures: Mapping[str, str], none: str) -> Iterator[str]:
-    if not rows:
-        yield f"{NOT_MEASURED.capitalize()}. {none}"
-        yield ""
-    for group in grouped(rows, device_of):
-        yield from _device(group, pictures)
-
-
-def _device(rows: Sequence[Row], pictures: Mapping[str, str]) -> Iterator[str]:
-    name = device_of(rows[0])
+def _device(rows: Sequence[BenchRow], pictures: Mapping[str, str]) -> Iterator[str]:
+    name = device_text(rows[0])
     yield f"### {name}"
-    yield ""
-    facts = (f"By {row['backend']}, with rtbow {row['rtbow_version']}." for row in rows)
-    yield " ".join(dict.fromkeys(facts))
-    yield ""
+    yield " ".join(
+        dict.fromkeys(
+            f"By {row.machine.backend}, with rtbow {row.machine.rtbow_version}." for row in rows
+        )
+    )
     yield from _targets(rows)
-    speed = [row for row in rows if row["scaling"] is None]
+    speed = [row for row in rows if not row.scaling]
     if speed:
         yield from _speed(speed)
         yield from _picture(pictures, f"{name} speed", f"Time per frame against error, {name}")
-    scaling = [row for row in rows if row["scaling"] is not None]
+    scaling = [row for row in rows if row.scaling]
     yield "#### Scaling"
-    yield ""
     if not scaling:
         yield f"{NOT_MEASURED.capitalize()}."
-        yield ""
-        return
-    yield from _scaling(scaling)
+    for group in grouped(scaling, lambda row: (scene_text(row), axis_of(row))):
+        yield from _scaling(group)
     yield from _picture(pictures, f"{name} scaling", f"Time and textures, {name}")
 
 
 def _picture(pictures: Mapping[str, str], name: str, text: str) -> Iterator[str]:
     if name in pictures:
         yield f"![{text}]({pictures[name]})"
-        yield ""
+
+
+def _table(rows: Sequence[BenchRow], titles: Sequence[str], cells: Sequence[Sequence[str]]) -> str:
+    """Write a table, with the device's name in every line."""
+    device = rows[0].machine.gl_renderer
+    return table([*titles, "device"], [[*line, device] for line in cells])
+
+
+def _skipped(rows: Sequence[BenchRow]) -> Iterator[str]:
+    texts = [f"{scene_text(row)}, {skipped_text(row)}" for row in rows if row.skipped]
+    if texts:
+        yield bullets(texts)
 
 
 # --- Targets -----------------------------------------------------------------------------------
 
 
-def row_for(target: Target, rows: Sequence[Row]) -> Row | None:
+def row_for(target: Target, rows: Sequence[BenchRow]) -> BenchRow | None:
     """Choose the row of method ``fast`` that a target is about.
 
     That of the scene's own tolerance, if it was measured; else the quickest that keeps the target's
     error; else the one with the least error.
     """
-    found = [
+    candidates = [
         row
         for row in rows
-        if row["scene"] == target.scene
-        and row["method"] == "fast"
-        and row["common"] == target.settings
-        and row["size_px"] == TARGET_SIZE
-        and row["scaling"] is None
-        and row["frame_ms"] is not None
+        if (row.scene, row.method, row.size_px) == (target.scene, "fast", TARGET_SIZE)
+        and row.common == target.settings
+        and row.times
+        and not row.scaling
     ]
-    own = [row for row in found if not row["setting"]]
+    own = [row for row in candidates if not row.setting]
     if own:
         return own[-1]
-    kept = [row for row in found if _met(row["delta_e_p99"], most=target.delta_e_p99)]
+    kept = [row for row in candidates if _delta_e_p99(row) <= target.delta_e_p99]
     if kept:
-        return min(kept, key=lambda row: float(row["frame_ms"]))
-    return min(found, key=lambda row: float(row["delta_e_p99"] or 1e9), default=None)
+        return min(kept, key=lambda row: row.frame_ms or 0.0)
+    return min(candidates, key=_delta_e_p99, default=None)
 
 
-def _met(value: float | None, least: float = 0.0, most: float = float("inf")) -> bool | None:
-    """Tell whether a number is within bounds; None if there is no number."""
-    return None if value is None else least <= value <= most
+def _delta_e_p99(row: BenchRow) -> float:
+    return row.difference.delta_e.p99 if row.difference else math.inf
 
 
 _WHICH = (
@@ -270,34 +257,33 @@ _WHICH = (
 )
 
 
-def _targets(rows: Sequence[Row]) -> Iterator[str]:
+def _targets(rows: Sequence[BenchRow]) -> Iterator[str]:
     yield "#### Targets"
-    yield ""
-    yield _wrapped(_WHICH)
-    yield ""
+    yield paragraph(_WHICH)
     cells = []
     for target in TARGETS:
-        about = {"scene": target.scene, "common": dict(target.settings)}
         row = row_for(target, rows)
+        # A target stands for a row that may not be there.
+        about = BenchRow(target.scene, "fast", {}, dict(target.settings), TARGET_SIZE, Machine())
         if row is None:
-            cells.append((scene_text(about), _DASH, *[NOT_MEASURED] * 3, _DASH))
+            cells.append((scene_text(about), DASH, *[NOT_MEASURED] * 3, DASH))
             continue
-        honest = row["spectral_step_nm"] == TARGET_STEP_NM
+        speed_up = row.speed_up if row.spectral_step_nm == TARGET_STEP_NM else None
+        delta_e = row.difference.delta_e.p99 if row.difference else None
         cells.append(
             (
-                scene_text(about),
+                scene_text(row),
                 method_text(row),
-                _verdict(row["speed_up"] if honest else None, "≥", target.speed_up),
-                _verdict(row["floor_ratio"], "≤", target.floor_ratio),
-                _verdict(row["delta_e_p99"], "≤", target.delta_e_p99),
-                short(row["frame_ms"]),
+                _verdict(speed_up, "≥", target.speed_up),
+                _verdict(row.floor_ratio, "≤", target.floor_ratio),
+                _verdict(delta_e, "≤", target.delta_e_p99),
+                short(row.frame_ms),
             )
         )
-    yield from _table(
-        ("scene", "method", "× spectral (target)", "× floor (target)", "ΔE 99 % (target)", "ms"),
-        cells, rows,
+    titles = (
+        "scene", "method", "× spectral (target)", "× floor (target)", "ΔE 99 % (target)", "ms",
     )  # fmt: skip
-    yield ""
+    yield _table(rows, titles, cells)
 
 
 def _verdict(value: float | None, sign: str, bound: float) -> str:
@@ -310,85 +296,48 @@ def _verdict(value: float | None, sign: str, bound: float) -> str:
 # --- Tables ------------------------------------------------------------------------------------
 
 
-def _speed(rows: Sequence[Row]) -> Iterator[str]:
+def _speed(rows: Sequence[BenchRow]) -> Iterator[str]:
     yield "#### Speed and error"
-    yield ""
-    cells = [
-        (
-            scene_text(row), "{} × {}".format(*row["size_px"]), method_text(row),
-            f"{short(row['frame_ms'])} ({short(row['frame_ms_q25'])}–{short(row['frame_ms_q75'])})",
-            str(row["frames"]), short(row["pixels_per_second"] * 1e-6), short(row["floor_ms"]),
-            short(row["floor_ratio"]), short(row["speed_up"]), short(row["delta_e_p50"], 2),
-            short(row["delta_e_p99"], 2), short(row["delta_e_max"], 2), share(row["relative_l2"]),
-            short(row["peak_rss_mib"]), short(row["texture_bytes"] / 2**20, 2),
-        )
-        for row in rows
-        if not row["skipped"]
-    ]  # fmt: skip
     titles = (
         "scene", "size", "method", "ms (quartiles)", "frames", "Mpx/s", "floor, ms", "× floor",
         "× spectral", "ΔE median", "ΔE 99 %", "ΔE worst", "L2", "memory, MiB", "textures, MiB",
     )  # fmt: skip
-    yield from _table(titles, cells, rows)
-    yield ""
-    yield from _skipped([row for row in rows if row["skipped"]])
+    cells = [
+        (
+            scene_text(row), size_text(row), method_text(row),
+            f"{short(row.frame_ms)} ({quartiles(row.times)})", str(row.times.frame.frames),
+            megapixels(row), short(row.floor_ms), short(row.floor_ratio), short(row.speed_up),
+            *error_cells(row), *memory_cells(row),
+        )
+        for row in rows
+        if row.times
+    ]  # fmt: skip
+    yield _table(rows, titles, cells)
+    yield from _skipped(rows)
 
 
-def _skipped(rows: Sequence[Row]) -> Iterator[str]:
-    for row in rows:
-        where = f"{scene_text(row)}, {method_text(row)}"
-        if row["scaling"]:
-            where += ", {}".format(axis_value(row["scaling"]["axis"], row["scaling"]["value"]))
-        yield _wrapped(f"{where}: skipped: {' '.join(row['skipped'].split())}", bullet=True)
-    if rows:
-        yield ""
+def _scaling(group: Sequence[BenchRow]) -> Iterator[str]:
+    axis = axis_of(group[0])
+    first = next((row for row in group if row.times), group[0])
+    size = "" if axis == "pixels" else f", {size_text(first)}"
+    yield f"{SCALING_LABELS.get(axis, axis).capitalize()}: {scene_text(first)}{size}."
+    methods = list(dict.fromkeys(method_text(row) for row in group))
+    cells = []
+    for point in dict.fromkeys(row.scaling for row in group if row.scaling):
+        at = {method_text(row): row for row in group if row.scaling == point}
+        floors = [row.times.floor.median_ms for row in at.values() if row.times]
+        cells.append([point_text(point), short(min(floors, default=None))])
+        for method in methods:
+            cells[-1] += _point(at.get(method))
+    columns = [f"{method}: {what}" for method in methods for what in ("ms", "textures, MiB")]
+    yield _table(group, [axis, "floor, ms", *columns], cells)
+    yield from _skipped(group)
 
 
-def _scaling(rows: Sequence[Row]) -> Iterator[str]:
-    for group in grouped(rows, lambda row: (scene_text(row), row["scaling"]["axis"])):
-        axis = group[0]["scaling"]["axis"]
-        first = next((row for row in group if not row["skipped"]), group[0])
-        size = "" if axis == "pixels" else ", {} × {}".format(*first["size_px"])
-        yield f"{SCALING_LABELS.get(axis, axis).capitalize()}: {scene_text(group[0])}{size}."
-        yield ""
-        methods = list(dict.fromkeys(method_text(row) for row in group))
-        cells = []
-        for value in dict.fromkeys(row["scaling"]["value"] for row in group):
-            at = {method_text(r): r for r in group if r["scaling"]["value"] == value}
-            floors = [r["floor_ms"] for r in at.values() if r["floor_ms"] is not None]
-            line = [axis_value(axis, value), short(min(floors, default=None))]
-            for method in methods:
-                line += _point(at.get(method))
-            cells.append(line)
-        columns = [f"{method}: {what}" for method in methods for what in ("ms", "textures, MiB")]
-        yield from _table([axis, "floor, ms", *columns], cells, group)
-        yield ""
-        yield from _skipped([row for row in group if row["skipped"]])
-
-
-def _point(row: Row | None) -> tuple[str, str]:
+def _point(row: BenchRow | None) -> tuple[str, str]:
     if row is None:
-        return NOT_MEASURED, _DASH
-    if row["skipped"]:
-        return "skipped", _DASH
-    return short(row["frame_ms"]), short(row["texture_bytes"] / 2**20, 2)
-
-
-def _table(
-    titles: Sequence[str], cells: Sequence[Sequence[str]], rows: Sequence[Row]
-) -> Iterator[str]:
-    """Write a table, with the device's name in every line."""
-    device = str(rows[0]["gl_renderer"])
-    for line in (titles, ["---"] * len(titles), *cells):
-        last = "device" if line is titles else "---" if line[0] == "---" else device
-        yield "| " + " | ".join([*line, last]) + " |"
-
-
-def _wrapped(text: str, *, bullet: bool = False) -> str:
-    return textwrap.fill(
-        text, _COLUMNS, initial_indent="- " if bullet else "",
-        subsequent_indent="  " if bullet else "", break_long_words=False, break_on_hyphens=False,
-    )  # fmt: skip
+        return NOT_MEASURED, DASH
+    return "skipped" if row.skipped else short(row.frame_ms), memory_cells(row)[1]
 
 
 # --- The README ---------------------------------------------------------------------------------
@@ -396,38 +345,37 @@ def _wrapped(text: str, *, bullet: bool = False) -> str:
 _MARKS = re.compile(r"(<!-- speed -->\n).*?(<!-- /speed -->)", re.DOTALL)
 
 
-def summary(rows: Sequence[Row]) -> str:
+def summary(rows: Sequence[BenchRow]) -> str:
     """Write the rows of method ``fast``, each beside its ``spectral``, as a short table."""
-    spectral = {
-        json.dumps([scene_text(row), row["size_px"]]): row
-        for row in rows
-        if row["method"] == "spectral" and row["scaling"] is None
-    }
-    lines = [
-        "| scene | `fast`, ms | times the floor | times as quick as `spectral`"
-        " | ΔE2000 `fast` | ΔE2000 `spectral` |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    for row in rows:
-        if row["method"] != "fast" or row["scaling"] is not None or row["skipped"]:
-            continue
-        if row["setting"] or row["scene"].startswith("random-"):
+
+    def place(row: BenchRow) -> tuple[str, tuple[int, int]]:
+        return scene_text(row), row.size_px
+
+    plain = [row for row in rows if row.times and not row.scaling]
+    spectral = {place(row): row for row in plain if row.method == "spectral"}
+    titles = (
+        "scene", "`fast`, ms", "times the floor", "times as quick as `spectral`", "ΔE2000 `fast`",
+        "ΔE2000 `spectral`",
+    )  # fmt: skip
+    cells = []
+    for row in plain:
+        if row.method != "fast" or row.setting or row.scene.startswith("random-"):
             continue
         name = f"`{scene_text(row)}`"
-        if row["size_px"] != TARGET_SIZE:
-            name += ", {}×{}".format(*row["size_px"])
-        other = spectral.get(json.dumps([scene_text(row), row["size_px"]]))
-        cells = (
-            name, short(row["frame_ms"], 2), short(row["floor_ratio"], 2),
-            short(row["speed_up"], 3) if row["speed_up"] else NOT_MEASURED,
-            short(row["delta_e_p99"], 2),
-            short(other["delta_e_p99"], 2) if other else _DASH,
+        if row.size_px != TARGET_SIZE:
+            name += ", {}×{}".format(*row.size_px)
+        other = spectral.get(place(row))
+        cells.append(
+            (
+                name, short(row.frame_ms, 2), short(row.floor_ratio, 2),
+                short(row.speed_up, 3) if row.speed_up else NOT_MEASURED, error_cells(row)[1],
+                error_cells(other)[1] if other else DASH,
+            )
         )  # fmt: skip
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+    return table(titles, cells) + "\n"
 
 
-def write_summary(rows: Sequence[Row], readme: Path) -> None:
+def write_summary(rows: Sequence[BenchRow], readme: Path) -> None:
     """Put the short table into a file, between its marks.
 
     Raises:
@@ -439,14 +387,14 @@ def write_summary(rows: Sequence[Row], readme: Path) -> None:
         raise InputError(f"{readme}: cannot be read: {error.strerror}") from error
     if not _MARKS.search(text):
         raise InputError(f"{readme}: has no <!-- speed --> … <!-- /speed -->; put them in")
-    table = summary(rows)
-    write_atomic(readme, _MARKS.sub(lambda m: m[1] + table + m[2], text).encode())
+    short_table = summary(rows)
+    write_atomic(readme, _MARKS.sub(lambda m: m[1] + short_table + m[2], text).encode())
 
 
 # --- The files ---------------------------------------------------------------------------------
 
 
-def write_document(rows: Sequence[Row], output: Path) -> list[Path]:
+def write_document(rows: Sequence[BenchRow], output: Path) -> list[Path]:
     """Write the document and its plots; give their paths.
 
     Raises:
@@ -459,8 +407,8 @@ def write_document(rows: Sequence[Row], output: Path) -> list[Path]:
         raise InputError(f"{folder}: cannot be made ({error.strerror}); name another") from error
     pictures: dict[str, str] = {}
     written = [output]
-    for group in grouped([row for row in rows if row["gl_renderer"]], device_of):
-        name = device_of(group[0])
+    for group in grouped([row for row in rows if row.machine.gl_renderer], device_text):
+        name = device_text(group[0])
         stem = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
         for kind, draw in (("speed", draw_speed), ("scaling", draw_scaling)):
             path = folder / f"{stem}-{kind}.png"

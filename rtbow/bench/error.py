@@ -1,8 +1,7 @@
 """The error of a frame against the float64 reference, on some of its pixels.
 
-The reference takes a CPU minutes to hours for a whole frame. Its radiance along the rays of single
-pixels is the same as in a whole frame, so that a sample of the frame's own pixels is compared,
-spread evenly over it.
+The reference takes a CPU minutes to hours for a whole frame. Its radiance along a ray does not
+depend on the others, so a sample of the frame's own pixels is compared, spread evenly over it.
 """
 
 from __future__ import annotations
@@ -13,15 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Float32,
-    Indices,
-    Progress,
-    floats,
-    no_progress,
-)
+from rtbow.base.arrays import Array, Float32, Indices, Progress, floats, no_progress
 from rtbow.base.cache import cached_arrays, file_digest, source_digest
+from rtbow.bench.row import SampleDifference
 from rtbow.frames.difference import FrameDifference, frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene.model import Scene
@@ -29,15 +22,16 @@ from rtbow.world.camera import pixel_directions
 from rtbow.world.world import resolve
 
 REFERENCE_STEP_NM = 1.0
-"""Wavelength step of the reference: the standard of truth."""
+"""Wavelength step of the reference, in nm: fine enough to be the truth for coarser ones."""
 SAMPLE_SEED = 1
 DARK_CD_M2 = 1e-9
-"""A frame no brighter than this has no light to compare: a thousandth of what an eye in the dark
-sees. The dark side of a bow falls off to 1e-30 and on, where float32 has ended."""
+"""Luminance below which a frame has no light to compare: a thousandth of what an eye in the dark
+sees. The dark side of a bow falls off to 1e-30 and below, where float32 has ended."""
+REFERENCE_CODE = ("base.limits", "bench.error", "physics", "tables", "world", "reference")
+"""The packages and modules from whose code the reference's numbers follow. The scene is none of
+them: its values are in the cache's key."""
 _AT_A_TIME = 128
-"""Pixels whose reference is computed together: a table's cross-sections of more fill the memory."""
-
-# All that the reference's numbers come from, but the scene, whose values are in the key.
+"""Pixels whose reference is computed together: the cross-sections of more would fill the memory."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +57,7 @@ class PixelSample:
         return len(self) == self.size_px[0] * self.size_px[1]
 
     def of(self, frame: Array | Float32) -> Array:
-        """Give these pixels of a frame (h, w, 3): (n, 3)."""
+        """Give these pixels (n, 3) of a frame (h, w, 3), in float64."""
         return floats(frame[self.rows, self.columns])
 
     def describe(self) -> str:
@@ -78,11 +72,11 @@ class PixelSample:
 
 
 def sample_pixels(size_px: tuple[int, int], count: int | None) -> PixelSample:
-    """Choose pixels, one at random in each cell of a grid over the frame.
+    """Choose pixels of a frame, one at random in each cell of a grid over it.
 
     Args:
         size_px: the frame's width and height.
-        count: how many; None, or more than there are, takes all.
+        count: how many; None, or more than the frame has, takes all.
     """
     width, height = size_px
     if count is None or count >= width * height:
@@ -107,7 +101,7 @@ def reference_xyz(scene: Scene, sample: PixelSample, progress: Progress = no_pro
     """Compute the reference at some pixels, or take it from the cache.
 
     Args:
-        scene: the scene, at the frame's size; its wavelength step does not count.
+        scene: the scene, at the frame's size; its wavelength step is not used.
         sample: the pixels.
         progress: wraps the loop over groups of pixels.
 
@@ -135,14 +129,15 @@ def _part_xyz(part: Scene, rows: Indices, columns: Indices, progress: Progress) 
         world = resolve(part.model_copy(update={"render": step}))
         rays = _rays(part, rows, columns)
         groups = range(0, len(rays), _AT_A_TIME)
-        found = [radiance_along(world, rays[i : i + _AT_A_TIME]) for i in progress(groups)]
-        return {"xyz": np.concatenate(found)}
+        groups_xyz = [radiance_along(world, rays[i : i + _AT_A_TIME]) for i in progress(groups)]
+        return {"xyz": np.concatenate(groups_xyz)}
 
     return floats(cached_arrays("bench-reference", _key(part, rows, columns), build)["xyz"])
 
 
 def _rays(part: Scene, rows: Indices, columns: Indices) -> Array:
-    """Directions through pixels (n, 3), a row of the frame at a time: a frame's may be many."""
+    """Give the directions through pixels (n, 3)."""
+    # A row of the frame at a time: the directions of a whole frame may not fit in memory.
     rays = np.empty((len(rows), 3))
     for row in np.unique(rows):
         chosen = rows == row
@@ -156,15 +151,18 @@ def _key(part: Scene, rows: Indices, columns: Indices) -> str:
     files = [Path(name) for name in spectra if name.lower().endswith(".csv")]
     if part.droplets.file is not None:
         files.append(Path(part.droplets.file))
-    pixels = hashlib.sha256(np.stack([rows, columns]).astype("<i8").tobytes()).hexdigest()
+    if part.scattering.theory == "mie":
+        from rtbow.tables.mie.store import COMPACT_FILE
+
+        files.append(COMPACT_FILE)
     return " ".join(
         [
-            source_digest(""),
+            source_digest(*REFERENCE_CODE),
             f"{REFERENCE_STEP_NM:g} nm",
             part.model_dump_json(exclude={"compare", "render"}),
-            # What does not read fails with its own message when the volume is built.
+            # A file that cannot be read fails with its own message when it is used.
             *(file_digest(file) for file in files if file.is_file()),
-            pixels,
+            hashlib.sha256(np.stack([rows, columns]).astype("<i8").tobytes()).hexdigest(),
         ]
     )
 
@@ -178,13 +176,25 @@ def colour_error(rgb: Array, truth_xyz: Array) -> FrameDifference | None:
 
     Returns:
         The difference over the pixels with light; None where the reference has no light that
-        anybody could see, and hence no white to compare against.
+        anybody could see, and therefore no white to compare against.
     """
     if not truth_xyz[:, 1].max(initial=0.0) > DARK_CD_M2:
         return None
     return frame_difference(rgb_to_xyz(rgb), truth_xyz)
 
 
-def lit_pixels(truth_xyz: Array) -> int:
-    """Count the pixels to which the reference gives light."""
-    return int(np.count_nonzero(np.any(truth_xyz != 0.0, axis=-1)))
+def sample_difference(rgb: Array, truth_xyz: Array, sample: PixelSample) -> SampleDifference:
+    """Measure how far the sampled pixels of a frame are from the reference.
+
+    Args:
+        rgb: linear Rec. 709 in cd/m² (n, 3).
+        truth_xyz: the reference (n, 3).
+        sample: where the pixels are.
+    """
+    return SampleDifference(
+        colour_error(rgb, truth_xyz),
+        pixels=len(sample),
+        pixels_lit=int(np.count_nonzero(np.any(truth_xyz != 0.0, axis=-1))),
+        sample=sample.describe(),
+        reference_step_nm=REFERENCE_STEP_NM,
+    )

@@ -1,8 +1,8 @@
 """Measures how quick the shader's methods are and how far their frames are from the reference.
 
-Times first, errors after: what the reference takes up is then in no row's memory. A method's frames
-and those of the floor (:mod:`rtbow.bench.floor`) take turns, so that whatever else the machine does
-meets both alike.
+All times are measured before any error, so that no row's memory includes what the reference takes.
+A method's frames and those of the floor (:mod:`rtbow.bench.floor`) take turns, so that whatever
+else the machine does slows both alike.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Progress, no_progress
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
-from rtbow.bench.error import (
-    REFERENCE_STEP_NM,
-    PixelSample,
-    colour_error,
-    lit_pixels,
-    reference_xyz,
-    sample_pixels,
-)
+from rtbow.bench.error import PixelSample, reference_xyz, sample_difference, sample_pixels
 from rtbow.bench.floor import FloorPass
-from rtbow.bench.memory import (
-    PeakMemory,
-)
+from rtbow.bench.memory import PeakMemory
 from rtbow.bench.random_scenes import random_scene, random_seed
-from rtbow.bench.row import BenchRow, _with_times, with_device, with_speed_up
+from rtbow.bench.row import (
+    BenchRow,
+    Machine,
+    Memory,
+    ScalingPoint,
+    Times,
+    Timing,
+    with_device,
+    with_speed_up,
+)
 from rtbow.gl.context import Backend, open_context
 from rtbow.render.renderer import METHODS, Method, Renderer
 from rtbow.scene.model import Scene
@@ -38,8 +38,8 @@ from rtbow.scene.text.file import builtin_scenes, load_scene
 DEFAULT_SIZE = (640, 360)
 DEFAULT_ERROR_PIXELS = 400
 SPECTRAL_STEP_NM = 5.0
-"""Wavelength step of method ``spectral`` unless it is set: 81 wavelengths, also where a scene's own
-file makes do with fewer."""
+"""Wavelength step of method ``spectral`` unless it is set, in nm: 81 wavelengths, also where a
+scene's own file has fewer."""
 STEP_KEY = "render.wavelength_step_nm"
 TOLERANCE_KEY = "render.max_delta_e"
 
@@ -47,16 +47,16 @@ LEAST_FRAMES = 9
 MOST_FRAMES = 99
 LEAST_SLOW_FRAMES = 3
 SLOW_S = 5.0
-"""Where a frame takes longer, ``LEAST_SLOW_FRAMES`` do."""
+"""Time of a frame above which ``LEAST_SLOW_FRAMES`` are enough."""
 _TIMED_S = 1.0
-"""Quick frames are repeated for so long, up to ``MOST_FRAMES``."""
+"""Time for which quick frames are repeated, up to ``MOST_FRAMES``."""
 _QUICK_S = 0.25
-"""Where a frame takes longer, caches that another method left behind do not show."""
+"""Time of a frame above which it does not matter what the last one left in the CPU's caches."""
 _WARM_UP_S = 0.3
-"""Quick frames are drawn for so long before any is timed."""
+"""Time for which quick frames are drawn before any is timed."""
 
 Show = Callable[[str, str], Progress]
-"""Gives, for a label and a unit, the wrapper of a loop that shows how far it is."""
+"""Gives a progress bar, as the wrapper of a loop, for a label and a unit."""
 
 
 def no_show(label: str, unit: str) -> Progress:
@@ -65,7 +65,7 @@ def no_show(label: str, unit: str) -> Progress:
 
 
 def shader_methods() -> tuple[Method, ...]:
-    """Give the methods that draw on the GL device, but for ``auto``, which is one of them."""
+    """Give the methods that draw on the GL device; ``auto`` is one of them under another name."""
     return tuple(method for method in METHODS if method not in ("auto", "reference"))
 
 
@@ -75,13 +75,13 @@ class Plan:
 
     Attributes:
         size_px: width and height of the frames.
-        methods: of the shader's.
+        methods: those to be timed.
         max_delta_e: tolerances of method ``fast``, a row each; empty for the scene's own.
         settings: overrides of every scene, by dotted key.
         backend: how to get a GL context.
-        frames: timed frames of a row; None follows the time that one takes.
+        frames: timed frames of a row; None: as many as suit the time that one takes.
         error_pixels: how many pixels are compared with the reference; None is all, 0 none.
-        command: what the user typed, to be told in each row.
+        command: what the user typed, which each row records.
     """
 
     size_px: tuple[int, int] = DEFAULT_SIZE
@@ -107,15 +107,25 @@ class Plan:
 
     def variants(self) -> list[tuple[Method, dict[str, object]]]:
         """List the methods with the overrides that they take beside ``settings``."""
-        found: list[tuple[Method, dict[str, object]]] = []
+        variants: list[tuple[Method, dict[str, object]]] = []
         for method in self.methods:
             if method == "spectral" and STEP_KEY not in self.settings:
-                found.append((method, {STEP_KEY: SPECTRAL_STEP_NM}))
+                variants.append((method, {STEP_KEY: SPECTRAL_STEP_NM}))
             elif method == "fast" and self.max_delta_e:
-                found += [(method, {TOLERANCE_KEY: one}) for one in self.max_delta_e]
+                variants += [(method, {TOLERANCE_KEY: delta_e}) for delta_e in self.max_delta_e]
             else:
-                found.append((method, {}))
-        return found
+                variants.append((method, {}))
+        return variants
+
+    def row(
+        self, scene: Scene, method: Method, setting: dict[str, object],
+        scaling: ScalingPoint | None = None,
+    ) -> BenchRow:  # fmt: skip
+        """Give the row of a method in a scene, with nothing measured yet."""
+        return BenchRow(
+            scene.source_name, method, setting, dict(self.settings), scene.camera.size_px,
+            Machine(), self.command, scaling=scaling,
+        )  # fmt: skip
 
     def scene(self, name: str | None, changes: Mapping[str, object]) -> Scene:
         """Load a scene with the overrides of this plan, and more; ``random-N`` is drawn.
@@ -168,7 +178,7 @@ def measure(
 
     Args:
         scene: the scene.
-        row: what is measured; its numbers are filled in.
+        row: what is measured; the row returned has its times and memory.
         plan: how it is measured.
         sample: pixels of the frame to keep.
         show: shows progress.
@@ -176,7 +186,7 @@ def measure(
 
     Raises:
         InputError, UnavailableError: the method does not take this scene, or the device does not.
-        TooSlowError: beyond ``limit_s``, fewer than ``LEAST_SLOW_FRAMES`` frames were timed.
+        TooSlowError: fewer than ``LEAST_SLOW_FRAMES`` frames could be timed within ``limit_s``.
     """
     begun = time.perf_counter()
     method: Any = row.method
@@ -202,15 +212,14 @@ def measure(
                 show(label, "frame"), clock,
             )  # fmt: skip
             done = replace(
-                _with_times(row, scene, times, floors),
-                first_frame_ms=1e3 * first_s,
+                row,
+                size_px=scene.camera.size_px,
                 wavelength_step_nm=scene.render.wavelength_step_nm,
-                peak_rss_mib=memory.mib(),
-                peak_rss_since=memory.since,
-                start_rss_mib=memory.start_mib,
-                texture_bytes=renderer.texture_bytes,
-                gl_renderer=renderer.gl_renderer,
-                backend=renderer.backend,
+                machine=replace(
+                    row.machine, gl_renderer=renderer.gl_renderer, backend=renderer.backend
+                ),
+                times=Times(Timing.of(times), Timing.of(floors), 1e3 * first_s),
+                memory=Memory(memory.mib(), memory.since, memory.start_mib, renderer.texture_bytes),
             )
     return Measurement(done, rgb)
 
@@ -267,12 +276,12 @@ def _time_frames(
 def _steady_s(draw: Callable[[], None], again: bool) -> float:
     """Time a frame that follows one of its own kind, as in a window, if ``again``."""
     if again:
-        draw()  # brings its data back into the caches: the floor would else look a third slower
+        draw()  # fills the CPU's caches: without this the floor looks a third slower
     return _timed_s(draw)
 
 
 def frames_for(frame_s: float) -> int:
-    """Give how many frames are timed where one takes so long."""
+    """Choose how many frames are timed where one takes ``frame_s`` seconds."""
     if frame_s > SLOW_S:
         return LEAST_SLOW_FRAMES
     return int(np.clip(_TIMED_S / max(frame_s, 1e-6), LEAST_FRAMES, MOST_FRAMES))
@@ -291,73 +300,43 @@ def run_bench(names: Sequence[str | None], plan: Plan, show: Show = no_show) -> 
     Raises:
         InputError, UnavailableError: a scene is not usable, or no method draws any of them.
     """
-    # All before the first measurement, so that wrong input is told at once.
-    scenes = [plan.scene(name, {}) for name in dict.fromkeys(names)]
-    cases = [
-        (number, method, setting, plan.scene(name, setting))
-        for number, name in enumerate(dict.fromkeys(names))
-        for method, setting in plan.variants()
-    ]
-    samples = [
-        None if plan.error_pixels == 0 else sample_pixels(s.camera.size_px, plan.error_pixels)
-        for s in scenes
-    ]
-    found: list[tuple[int, Measurement]] = []
+    cases = []
+    # All scenes are loaded before the first measurement, so that wrong input is reported at once.
+    for name in dict.fromkeys(names):
+        scene = plan.scene(name, {})
+        size, count = scene.camera.size_px, plan.error_pixels
+        sample = None if count == 0 else sample_pixels(size, count)
+        variants = [(*variant, plan.scene(name, variant[1])) for variant in plan.variants()]
+        cases.append((scene, sample, variants))
     refusals: list[RtbowError] = []
-    for number, method, setting, scene in cases:
-        row = BenchRow(
-            scene.source_name, method, setting, dict(plan.settings), scene.camera.size_px,
-            command=plan.command,
-        )  # fmt: skip
-        try:
-            found.append((number, measure(scene, row, plan, samples[number], show)))
-        except (InputError, UnavailableError) as error:
-            refusals.append(error)
-            found.append((number, Measurement(replace(row, skipped=str(error)))))
-    if len(refusals) == len(found):
+    measured: list[list[Measurement]] = []
+    for _, sample, variants in cases:
+        measured.append([])
+        for method, setting, scene in variants:
+            row = plan.row(scene, method, setting)
+            try:
+                measured[-1].append(measure(scene, row, plan, sample, show))
+            except (InputError, UnavailableError) as error:
+                refusals.append(error)
+                measured[-1].append(Measurement(replace(row, skipped=str(error))))
+    if len(refusals) == sum(map(len, measured)):
         raise refusals[0]
     rows: list[BenchRow] = []
-    for number, scene in enumerate(scenes):
-        mine = [one for which, one in found if which == number]
-        rows += with_speed_up(_with_errors(mine, scene, samples[number], show))
+    for (scene, sample, _), group in zip(cases, measured, strict=True):
+        rows += with_speed_up(_with_errors(group, scene, sample, show))
     return with_device(rows)
 
 
 def _with_errors(
     measured: Sequence[Measurement], scene: Scene, sample: PixelSample | None, show: Show
 ) -> list[BenchRow]:
-    if sample is None or all(one.rgb is None for one in measured):
-        return [one.row for one in measured]
+    rows = [measurement.row for measurement in measured]
+    if sample is None or all(measurement.rgb is None for measurement in measured):
+        return rows
     truth = reference_xyz(scene, sample, show(f"{scene.source_name} reference", "group"))
     return [
-        one.row if one.rgb is None else with_error(one.row, one.rgb, truth, sample)
-        for one in measured
+        row
+        if measurement.rgb is None
+        else replace(row, error=sample_difference(measurement.rgb, truth, sample))
+        for row, measurement in zip(rows, measured, strict=True)
     ]
-
-
-def with_error(row: BenchRow, rgb: Array, truth_xyz: Array, sample: PixelSample) -> BenchRow:
-    """Add the error of some pixels of a frame to its row.
-
-    Args:
-        row: the frame's row.
-        rgb: linear Rec. 709 in cd/m² (n, 3).
-        truth_xyz: the reference (n, 3).
-        sample: where the pixels are.
-    """
-    row = replace(
-        row,
-        error_pixels=len(sample),
-        error_pixels_lit=lit_pixels(truth_xyz),
-        error_sample=sample.describe(),
-        reference_step_nm=REFERENCE_STEP_NM,
-    )
-    error = colour_error(rgb, truth_xyz)
-    if error is None:
-        return row
-    return replace(
-        row,
-        delta_e_p50=error.delta_e.median,
-        delta_e_p99=error.delta_e.p99,
-        delta_e_max=error.delta_e.worst,
-        relative_l2=error.l2,
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -14,15 +14,8 @@ import numpy as np
 from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.bench.memory import free_mib
-from rtbow.bench.row import BenchRow, with_device
-from rtbow.bench.run import (
-    LEAST_SLOW_FRAMES,
-    Plan,
-    Show,
-    TooSlowError,
-    measure,
-    no_show,
-)
+from rtbow.bench.row import BenchRow, ScalingPoint, Times, with_device
+from rtbow.bench.run import LEAST_SLOW_FRAMES, Plan, Show, TooSlowError, measure, no_show
 from rtbow.scene.lights import PointLight
 from rtbow.scene.model import Scene
 from rtbow.world.rain.volume import scene_volume
@@ -36,13 +29,13 @@ AXES: dict[str, tuple[int, ...]] = {
     "grid": (16, 32, 64, 128, 256, 512),
     "lights": (1, 2, 4, 8, 16),
 }
-"""Values along each axis: pixels of a square frame, ``render.steps``, grid points along each side
-of a cube, lights."""
+"""Values along each axis: pixels of a square frame, ``render.steps``, grid points along a side of a
+cube, lights."""
 
 _LIGHTS_APART_DEG = 3.0
 _LAMPS_APART_M = 0.5
 _BYTES_PER_POINT = 60.0
-"""Memory that a grid point may take while a scene is set up; method spectral takes 35 at 256³."""
+"""Memory that a grid point takes at most while a scene is set up; spectral takes 35 at 256³."""
 
 
 def run_scaling(
@@ -54,8 +47,8 @@ def run_scaling(
 ) -> list[BenchRow]:
     """Measure one scene along each axis, by each method and setting.
 
-    A point that would take longer than it may, by the point before it, is not measured; its row
-    says so.
+    A point that would take longer than ``limit_s``, judged by the point before it, is not measured;
+    its row says so.
 
     Args:
         name: a built-in name or a path; None is ``DEFAULT_SCENE``.
@@ -73,14 +66,10 @@ def run_scaling(
     refusals: list[RtbowError] = []
     for axis, values in (AXES if axes is None else axes).items():
         for method, setting in plan.variants():
-            done: list[BenchRow] = []
+            done: dict[int, Times] = {}
             beyond = ""  # why all further values take too long
             for value in values:
-                row = BenchRow(
-                    base.source_name, method, setting, dict(plan.settings),
-                    base.camera.size_px, command=plan.command,
-                    scaling={"axis": axis, "value": value},
-                )  # fmt: skip
+                row = plan.row(base, method, setting, ScalingPoint(axis, value))
                 expected = _expected_s(done, axis, value)
                 if expected > limit_s or beyond:
                     seconds = beyond or f"about {expected:.0f} s by the point before"
@@ -88,8 +77,10 @@ def run_scaling(
                     continue
                 try:
                     with _scene_at(plan, name, base, setting, axis, value) as scene:
-                        done.append(measure(scene, row, plan, None, show, limit_s).row)
-                    rows.append(done[-1])
+                        row = measure(scene, row, plan, None, show, limit_s).row
+                    assert row.times is not None
+                    done[value] = row.times
+                    rows.append(row)
                 except TooSlowError as error:
                     rows.append(replace(row, skipped=f"{error}; a point may take {limit_s:g} s"))
                     beyond = "more than the point before"
@@ -101,25 +92,22 @@ def run_scaling(
     return with_device(rows)
 
 
-def _expected_s(done: Sequence[BenchRow], axis: str, value: int) -> float:
+def _expected_s(done: Mapping[int, Times], axis: str, value: int) -> float:
     """Estimate the seconds that a point takes, by those before it; 0 without any."""
     if not done:
         return 0.0
-    last = done[-1]
-    assert last.scaling is not None
-    assert last.frame_ms is not None
-    growth = value / float(last.scaling["value"])
-    least, set_up = (_set_up_ms(row) for row in (min(done, key=_set_up_ms), last))
+    last, times = list(done.items())[-1]
+    growth = value / last
+    least, set_up = min(map(_set_up_ms, done.values())), _set_up_ms(times)
     # A grid is set up point by point, beside what any scene needs; a ray crosses a row of them.
     grows = (set_up - least) * growth**3 if axis == "grid" else set_up - least
     # The first frame and another that is not timed go before.
-    return 1e-3 * (least + grows + last.frame_ms * growth * (LEAST_SLOW_FRAMES + 2))
+    frames_ms = times.frame.median_ms * growth * (LEAST_SLOW_FRAMES + 2)
+    return 1e-3 * (least + grows + frames_ms)
 
 
-def _set_up_ms(row: BenchRow) -> float:
-    assert row.first_frame_ms is not None
-    assert row.frame_ms is not None
-    return max(row.first_frame_ms - row.frame_ms, 0.0)
+def _set_up_ms(times: Times) -> float:
+    return max(times.first_frame_ms - times.frame.median_ms, 0.0)
 
 
 @contextmanager
@@ -151,7 +139,7 @@ def _check_memory(side: int) -> None:
 
 
 def write_smooth_volume(path: Path, side: int, box_m: Array) -> None:
-    """Write a volume of smooth waves of drops, 300 to 700 µm, for nothing but measuring.
+    """Write a volume of smooth waves of drops, 300 to 700 µm, of use for measuring alone.
 
     Args:
         path: where to.
@@ -160,12 +148,12 @@ def write_smooth_volume(path: Path, side: int, box_m: Array) -> None:
     """
     place = np.linspace(0.0, 2.0 * np.pi, side, dtype=np.float32)
     wave = np.sin(place)[:, None, None] * np.cos(place)[:, None] * np.sin(place + 1.0)
-    # Not compressed: that would take longer than all else.
+    # Uncompressed, as compression would take longer than everything else.
     np.savez(path, radius_um=500.0 + 200.0 * wave, number_per_m3=100.0 + 50.0 * wave, box_m=box_m)
 
 
 def lights_like(scene: Scene, count: int) -> list[dict[str, Any]]:
-    """Give lights as the scene's first one, side by side about it."""
+    """Give copies of the scene's first light, side by side around it."""
     first = scene.light[0]
     lights = []
     for number in range(count):

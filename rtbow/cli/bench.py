@@ -197,8 +197,7 @@ def _shown(quiet: bool) -> Show:
 
 def _draw(path: Path, rows: list[BenchRow], scaling: bool) -> None:
     from rtbow.base.errors import InputError
-    from rtbow.bench.report import draw_scaling, draw_speed, fields_of
+    from rtbow.bench.plot import draw_scaling, draw_speed
 
-    drawn = (draw_scaling if scaling else draw_speed)(path, fields_of(rows))
-    if not drawn:
+    if not (draw_scaling if scaling else draw_speed)(path, rows):
         raise InputError(f"{path}: no row has a time and an error; there is nothing to draw")

@@ -39,6 +39,7 @@ def test_names(name, seed):
     assert random_seed(name) == seed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 4, 6, 13])
 def test_fast_keeps_its_error(seed):
     scene = random_scene(seed, {"camera.size_px": SIZE, "render.wavelength_step_nm": 1.0})

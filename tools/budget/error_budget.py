@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import textwrap
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, field
 
+from markup import bullets, paragraph, table
 from rtbow.frames.difference import FrameDifference, Spread
 
 COMMAND = "python tools/accuracy.py budget"
-_COLUMNS = 100
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Stage:
     measure: Callable[[], Measurement]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Outcome:
     """What a stage gave.
 
@@ -66,40 +65,38 @@ class Outcome:
         stage: the stage.
         rows: its measurements.
         notes: its findings.
-        failure: why it ended early, or None.
+        failure: why it ended early; empty if it did not.
     """
 
     name: str
     stage: Stage
-    rows: tuple[Row, ...]
-    notes: tuple[Note, ...]
-    failure: str | None = None
+    rows: list[Row] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
+    failure: str = ""
 
 
 def run_stage(name: str, stage: Stage, say: Callable[[str], None]) -> Outcome:
-    """Measure a stage; what it found before a failure is kept.
+    """Measure a stage; what it measured before a failure is kept.
 
     Args:
         name: its name.
         stage: the stage.
         say: shows a line of progress.
     """
-    rows: list[Row] = []
-    notes: list[Note] = []
-    failure = None
+    outcome = Outcome(name, stage)
     try:
-        for found in stage.measure():
-            if isinstance(found, Row):
-                rows.append(found)
-                say("  " + " ".join(f"{cell:<9}" for cell in _numbers(found)) + f"  {found.what}")
+        for item in stage.measure():
+            if isinstance(item, Row):
+                outcome.rows.append(item)
+                say("  " + " ".join(f"{cell:<9}" for cell in _numbers(item)) + f"  {item.what}")
             else:
-                notes.append(found)
-                say(f"  {found.text}")
+                outcome.notes.append(item)
+                say(f"  {item.text}")
     # A stage may fail in any way: the others' results must not be lost with it.
     except Exception as error:
-        failure = f"{type(error).__name__}: {error}"
+        outcome.failure = f"{type(error).__name__}: {error}"
         say("".join(traceback.format_exception(error)))
-    return Outcome(name, stage, tuple(rows), tuple(notes), failure)
+    return outcome
 
 
 def document(outcomes: Sequence[Outcome], facts: Mapping[str, str]) -> str:
@@ -109,22 +106,7 @@ def document(outcomes: Sequence[Outcome], facts: Mapping[str, str]) -> str:
         outcomes: the stages, in order.
         facts: what the numbers depend on, such as the GL renderer's name.
     """
-    return "\n".join([*_head(facts), *_summary(outcomes), *_stages(outcomes)]) + "\n"
-
-
-def _head(facts: Mapping[str, str]) -> Iterator[str]:
-    yield "# Error budget"
-    yield ""
-    yield f"Written by `{COMMAND}`, from the numbers it measures; edit that, not this."
-    yield ""
-    for name, value in facts.items():
-        yield f"- {name}: {value}"
-    yield ""
-    for number, paragraph in enumerate(_HOW_TO_READ):
-        if number:
-            yield ""
-        yield _wrapped(paragraph)
-    yield ""
+    return "\n\n".join(_document(outcomes, facts)) + "\n"
 
 
 _HOW_TO_READ = (
@@ -138,36 +120,53 @@ _HOW_TO_READ = (
     " air, sun of 0.533°, unless a row says otherwise. There is no sky behind it, so that its dark"
     " parts count in full: in a landscape they would be veiled.",
 )
-
-
-def _wrapped(text: str, *, bullet: bool = False) -> str:
-    """Break a paragraph into lines."""
-    first, others = ("- ", "  ") if bullet else ("", "")
-    # A long number or code is not cut.
-    return textwrap.fill(
-        text,
-        _COLUMNS,
-        initial_indent=first,
-        subsequent_indent=others,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-
-
 _TITLES = ("ΔE median", "ΔE 99 %", "ΔE worst", "rel. median", "rel. 99 %", "rel. worst", "L2")
+
+
+def _document(outcomes: Sequence[Outcome], facts: Mapping[str, str]) -> Iterator[str]:
+    yield "# Error budget"
+    yield f"Written by `{COMMAND}`, from the numbers it measures; edit that, not this."
+    yield "\n".join(f"- {name}: {value}" for name, value in facts.items())
+    yield from map(paragraph, _HOW_TO_READ)
+    yield "## At a glance"
+    yield "A row or two of each stage, near the settings that a scene has by default."
+    headlines = [
+        (f"[{stage.title}](#{_anchor(stage.title)})", row.what, *_numbers(row))
+        for stage, rows in ((outcome.stage, outcome.rows) for outcome in outcomes)
+        for row in rows
+        if row.headline
+    ]
+    yield table(("stage", "case", *_TITLES), headlines)
+    failed = [outcome.stage.title for outcome in outcomes if outcome.failure]
+    if failed:
+        yield f"**Failed, and incomplete below: {', '.join(failed)}.**"
+    for outcome in outcomes:
+        yield f"## {outcome.stage.title}"
+        yield paragraph(outcome.stage.about)
+        yield f"`{COMMAND} --stage {outcome.name}`"
+        if outcome.rows:
+            cells = [(row.what, row.scene, *_numbers(row)) for row in outcome.rows]
+            yield table(("case", "scene", *_TITLES), cells)
+        if outcome.notes:
+            yield bullets(note.text for note in outcome.notes)
+        if outcome.failure:
+            yield f"**Failed: {outcome.failure}**"
+
+
+def _anchor(title: str) -> str:
+    """Give a heading's anchor as GitHub does."""
+    kept = "".join(c for c in title.lower() if c.isalnum() or c in " -_")
+    return kept.replace(" ", "-")
 
 
 def _numbers(row: Row) -> tuple[str, ...]:
     """Give the cells of the numbers, dashes where there is none."""
-    colour = ("–",) * 3
+    colour: tuple[str, ...] = ("–",) * 3
     relative, l2 = row.relative, "–"
-    if row.difference is not None:
-        delta = row.difference.delta_e
-        colour = (_colour(delta.median), _colour(delta.p99), _colour(delta.worst))
+    if row.difference:
         relative, l2 = row.difference.relative, _share(row.difference.l2)
-    shares = ("–",) * 3
-    if relative is not None:
-        shares = (_share(relative.median), _share(relative.p99), _share(relative.worst))
+        colour = tuple(map(_colour, astuple(row.difference.delta_e)))
+    shares = tuple(map(_share, astuple(relative))) if relative else ("–",) * 3
     return (*colour, *shares, l2)
 
 
@@ -183,57 +182,3 @@ def _share(value: float) -> str:
         return "0"
     percent = 100.0 * value
     return f"{percent:.0f} %" if percent >= 10.0 else f"{percent:.2g} %"
-
-
-def _table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    yield "| " + " | ".join(titles) + " |"
-    yield "| " + " | ".join("---" for _ in titles) + " |"
-    for row in rows:
-        yield "| " + " | ".join(row) + " |"
-
-
-def _summary(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    yield "## At a glance"
-    yield ""
-    yield "A row or two of each stage, near the settings that a scene has by default."
-    yield ""
-    rows = [
-        (f"[{outcome.stage.title}](#{_anchor(outcome.stage.title)})", row.what, *_numbers(row))
-        for outcome in outcomes
-        for row in outcome.rows
-        if row.headline
-    ]
-    yield from _table(("stage", "case", *_TITLES), rows)
-    failed = [outcome.stage.title for outcome in outcomes if outcome.failure is not None]
-    if failed:
-        yield ""
-        yield f"**Failed, and incomplete below: {', '.join(failed)}.**"
-    yield ""
-
-
-def _anchor(title: str) -> str:
-    """Give a heading's anchor as GitHub does."""
-    kept = "".join(c for c in title.lower() if c.isalnum() or c in " -_")
-    return kept.replace(" ", "-")
-
-
-def _stages(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    for number, outcome in enumerate(outcomes):
-        if number:
-            yield ""
-        yield f"## {outcome.stage.title}"
-        yield ""
-        yield _wrapped(outcome.stage.about)
-        yield ""
-        yield f"`{COMMAND} --stage {outcome.name}`"
-        yield ""
-        if outcome.rows:
-            cells = [(row.what, row.scene, *_numbers(row)) for row in outcome.rows]
-            yield from _table(("case", "scene", *_TITLES), cells)
-        if outcome.notes:
-            yield ""
-            for note in outcome.notes:
-                yield _wrapped(note.text, bullet=True)
-        if outcome.failure is not None:
-            yield ""
-            yield f"**Failed: {outcome.failure}**"

@@ -1,0 +1,19 @@
+"""What is known of the process's memory and of the machine."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtbow.bench.memory import PeakMemory, cpu_count, cpu_name
+
+
+def test_peak_memory_grows_with_what_is_held():
+    memory = PeakMemory()
+    held = np.ones(30_000_000, dtype=np.uint8)
+    assert memory.mib() is None or memory.mib() > held.nbytes / 2**20
+    if memory.since == "row":
+        assert memory.mib() >= memory.start_mib + 20.0
+        del held
+        assert PeakMemory().mib() < memory.mib() + 20.0
+    assert cpu_count() >= 1
+    assert cpu_name()
