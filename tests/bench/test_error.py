@@ -154,7 +154,7 @@ def test_an_exact_reference_follows_the_table_that_ships(monkeypatch, tmp_path):
         table.write_text(content)
         reference_xyz(exact, sample_pixels((8, 4), 5))
         reference_xyz(load_scene("uniform", size), sample_pixels((8, 4), 5))
-    assert [world.scene.scattering.theory for world in calls] == ["mie", "airy", "mie"]
+    assert [world.scatterer.theory for world in calls] == ["mie", "airy", "mie"]
 
 
 def test_a_dark_reference_has_no_error():

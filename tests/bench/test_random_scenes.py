@@ -14,6 +14,7 @@ from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference.render import radiance_along
 from rtbow.world.camera import pixel_directions
+from rtbow.world.world import resolve
 
 SIZE = [64, 36]
 
@@ -45,7 +46,7 @@ def test_fast_keeps_its_error(seed):
     scene = random_scene(seed, {"camera.size_px": SIZE, "render.wavelength_step_nm": 1.0})
     rays = pixel_directions(scene.camera).reshape(-1, 3)
     picked = np.random.default_rng(seed).choice(len(rays), 200, replace=False)
-    truth = radiance_along(scene, rays[picked])
+    truth = radiance_along(resolve(scene), rays[picked])
     with rtbow.Renderer(scene) as renderer:
         frame = rgb_to_xyz(renderer.render("fast")).reshape(-1, 3)[picked]
     assert truth[:, 1].max() > 0.0
