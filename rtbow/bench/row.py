@@ -16,14 +16,7 @@ from rtbow.frames.difference import FrameDifference
 
 @dataclass(frozen=True)
 class Timing:
-    """Times of several frames, ms.
-
-    Attributes:
-        median_ms: half of the frames took less.
-        q25_ms: first quartile.
-        q75_ms: third quartile.
-        frames: how many were timed.
-    """
+    """Median and quartiles of the times of some frames."""
 
     median_ms: float
     q25_ms: float
@@ -103,10 +96,8 @@ class Machine:
     Attributes:
         gl_renderer: the GL device and driver; empty where nothing was drawn.
         backend: how the context was made.
-        cpu: the CPU's name.
         cpu_count: CPUs that the process may use.
-        load_average: of the machine before the row, over a minute.
-        rtbow_version: the version.
+        load_average: over the minute before the row.
     """
 
     gl_renderer: str = ""

@@ -5,7 +5,7 @@ import pytest
 
 from budget import STAGES
 from budget.air import kasten_young
-from budget.error_budget import Note, Row, Stage, document, run_stage
+from budget.error_budget import Row, Stage, document, run_stage
 from budget.strips import reference_strip, strip_angles, strip_rays, strip_scene, table_strip
 from rtbow.frames.difference import Spread, frame_difference
 
@@ -17,7 +17,7 @@ def stub(failing):
         frame = np.ones((5, 3))
         yield Row("a picture", "nowhere", frame_difference(1.02 * frame, frame), headline=True)
         yield Row("a number", "somewhere", relative=Spread(1e-7, 0.5, 2.0))
-        yield Note("a finding " * 30)
+        yield "a finding " * 30
         if failing:
             raise RuntimeError("the lamp went out")
 

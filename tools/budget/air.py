@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from budget.error_budget import Measurement, Note, Row, Stage
+from budget.error_budget import Measurement, Row, Stage
 from budget.strips import strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array, Values, floats
 from rtbow.frames.difference import Spread, frame_difference
@@ -45,7 +45,7 @@ def measure() -> Measurement:
         yield Row(
             f"{label}, the bow", "strip, 300 µm", frame_difference(*strips), headline=headline
         )
-    yield Note(
+    yield (
         "Both in units of a vertical column. Kasten and Young's includes refraction and a standard"
         " atmosphere's temperature; this one is isothermal (scale height 7994 m) and its rays are"
         " straight. Their altitude is the one that is seen, as is that of a scene's sun."

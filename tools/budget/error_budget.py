@@ -31,14 +31,8 @@ class Row:
     headline: bool = False
 
 
-@dataclass(frozen=True)
-class Note:
-    """A finding in words and numbers, below its stage's table."""
-
-    text: str
-
-
-Measurement = Iterator[Row | Note]
+Measurement = Iterator[Row | str]
+"""Rows, and findings in words and numbers that stand below the stage's table."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +42,7 @@ class Stage:
     Attributes:
         title: its heading.
         about: what is compared with what.
-        measure: yields rows and notes as they are ready.
+        measure: yields rows and findings as they are ready.
     """
 
     title: str
@@ -71,7 +65,7 @@ class Outcome:
     name: str
     stage: Stage
     rows: list[Row] = field(default_factory=list)
-    notes: list[Note] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     failure: str = ""
 
 
@@ -91,7 +85,7 @@ def run_stage(name: str, stage: Stage, say: Callable[[str], None]) -> Outcome:
                 say("  " + " ".join(f"{cell:<9}" for cell in _numbers(item)) + f"  {item.what}")
             else:
                 outcome.notes.append(item)
-                say(f"  {item.text}")
+                say(f"  {item}")
     # A stage may fail in any way: the others' results must not be lost with it.
     except Exception as error:
         outcome.failure = f"{type(error).__name__}: {error}"
@@ -148,7 +142,7 @@ def _document(outcomes: Sequence[Outcome], facts: Mapping[str, str]) -> Iterator
             cells = [(row.what, row.scene, *_numbers(row)) for row in outcome.rows]
             yield table(("case", "scene", *_TITLES), cells)
         if outcome.notes:
-            yield bullets(note.text for note in outcome.notes)
+            yield bullets(outcome.notes)
         if outcome.failure:
             yield f"**Failed: {outcome.failure}**"
 

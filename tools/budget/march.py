@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import rtbow
-from budget.error_budget import Measurement, Note, Row, Stage
+from budget.error_budget import Measurement, Row, Stage
 from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.frames.difference import frame_difference
 from rtbow.scene.model import Scene
@@ -43,7 +43,7 @@ def measure() -> Measurement:
             fixed = rtbow.load_scene(name, {**common, "render.steps": steps})
             found = frame_difference(frame(fixed, "spectral"), truth)
             yield Row(f"{label}: {words}, {steps} on every ray", where, found)
-    yield Note(
+    yield (
         "By default a ray takes samples by what it crosses; the fixed numbers are half, all and"
         " twice those of the longest such ray, on every ray."
     )

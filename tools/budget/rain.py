@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import rtbow
-from budget.error_budget import Measurement, Note, Row, Stage
+from budget.error_budget import Measurement, Row, Stage
 from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.base.arrays import Array, floats
 from rtbow.frames.difference import Spread, frame_difference
@@ -58,7 +58,7 @@ def _one_spectrum() -> Measurement:
                 f"{label}, sunlight through rain of depth {depth:g}", "a patch per radius",
                 frame_difference(*seen), headline=headline,
             )  # fmt: skip
-    yield Note(
+    yield (
         "Q at 550 nm follows each drop's radius; its course over the wavelength is that of the"
         " effective radius for all. The rows take each radius as the only one in sight; the mean"
         " over radii along a ray is nearer."
@@ -128,7 +128,7 @@ def _even_rain() -> Measurement:
                     f"{label}, {per_km:.1f} per km: `{method}`",
                     f"`uniform` with Q = 2, {SIZE_NAME}, 20 nm", found,
                 )  # fmt: skip
-    yield Note(
+    yield (
         "Against the reference without extinction times the share of light that passes, by"
         f" {_POINTS} midpoints of Beer and Lambert's law along each ray in NumPy; those of"
         " `spectral` include the table's error."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import rtbow
-from budget.error_budget import Measurement, Note, Row, Stage
+from budget.error_budget import Measurement, Row, Stage
 from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import DISC_RAD
 from rtbow.base.arrays import Array, floats
@@ -91,7 +91,7 @@ def _pictures() -> Measurement:
         yield Row(
             "colours brought into sRGB, no rounding", where, frame_difference(truth, radiance)
         )
-    yield Note(
+    yield (
         "Against the picture before rounding. The last kind of row is no error of the radiance but"
         " what a display of sRGB cannot show; `.exr` keeps it."
     )

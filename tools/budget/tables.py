@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from budget.error_budget import Measurement, Note, Row, Stage
+from budget.error_budget import Measurement, Row, Stage
 from budget.strips import reference_strip, strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array, floats
 from rtbow.base.errors import UnavailableError
@@ -117,7 +117,7 @@ def _airy() -> Measurement:
         found = frame_difference(table_strip(scene, theta), reference_strip(scene, theta))
         yield Row(f"Airy, {radius:g} µm", "strip", found, headline=radius == 200.0)
     size = sum(a.nbytes for a in (table.near, table.fringe, table.pole))
-    yield Note(f"Airy's table: {size / 2**20:.2f} MiB in memory, built in less than a second.")
+    yield f"Airy's table: {size / 2**20:.2f} MiB in memory, built in less than a second."
 
 
 def _random_draws() -> Measurement:
@@ -134,7 +134,7 @@ def _random_draws() -> Measurement:
         share = np.array([np.abs(d.looked[k] / d.direct[k] - 1.0) for d in draws])
         yield Row("– of the value itself", where, relative=Spread.of(share))
         worst = int(error.max(axis=1).argmax())
-        yield Note(f"Exact, {region.name}: worst at {draws[worst].radius_um:.0f} µm.")
+        yield f"Exact, {region.name}: worst at {draws[worst].radius_um:.0f} µm."
 
 
 def _strips() -> Measurement:
@@ -163,7 +163,7 @@ def _shipped_against(full: MieTable | None) -> Measurement:
     )
     if full is None:  # rows that the document has had must not go without a word
         raise UnavailableError("build the full table first: rtbow table build --theory mie")
-    yield Note(f"{size}; the full one: {full.values.nbytes / 2**20:.0f} MiB.")
+    yield f"{size}; the full one: {full.values.nbytes / 2**20:.0f} MiB."
     share = np.abs(shipped.values / full.values[:, : shipped.values.shape[1]] - 1.0)
     yield Row("exact, shipped against full table", "nodes; of the value", relative=Spread.of(share))
     theta = strip_angles()

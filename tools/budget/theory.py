@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from budget.error_budget import Measurement, Note, Row, Stage
+from budget.error_budget import Measurement, Row, Stage
 from budget.strips import reference_strip, strip_angles, strip_scene, table_strip
 from rtbow.base.arrays import Array
 from rtbow.frames.difference import frame_difference
@@ -96,8 +96,8 @@ def measure() -> Measurement:
                 yield Row(f"{label}, {radius} µm", name, difference, headline=headline)
                 found.setdefault(name, []).append((radius, difference.delta_e.p99))
         for name, values in found.items():
-            yield Note(f"{label[0].upper()}{label[1:]}, {name}: {_falls_under(values)}.")
-    yield Note(
+            yield f"{label[0].upper()}{label[1:]}, {name}: {_falls_under(values)}."
+    yield (
         "Mixtures end where the exact table does: drops up to 1500 µm, which are 3.3 times the"
         " effective radius at a variance of 0.1."
     )
@@ -119,7 +119,7 @@ def _falls_under(found: list[tuple[int, float]]) -> str:
     return f"the 99th percentile of ΔE stays {stays}; least {value:.1f} at {radius} µm"
 
 
-def _why(theta: Array, exact: Array) -> Note:
+def _why(theta: Array, exact: Array) -> str:
     """Say what Airy's theory lacks outside of the bows, in numbers."""
     degrees = np.degrees(theta)
     peak = float(exact[(degrees > 136.0) & (degrees < 142.0), 1].max())
@@ -133,7 +133,7 @@ def _why(theta: Array, exact: Array) -> Note:
         part = (degrees >= low) & (degrees <= high)
         exact_share, airy_share = (float(np.median(v[part, 1])) / peak for v in (exact, airy))
         shares.append(f"{name}: {100 * exact_share:.2f} % against {100 * airy_share:.2f} %")
-    return Note(
+    return (
         "What is missing: median luminance at 1000 µm over the primary's peak, exact against Airy:"
         f" {'; '.join(shares)}. Light reflected from the drops' surface, and that of higher"
         " orders, is no bow and not in Airy's theory; and away from a bow's edge its formula is"
