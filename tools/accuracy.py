@@ -5,7 +5,7 @@
 
 Without arguments, all but the figures and the budget. Times depend on the machine and are never
 part of a test. ``budget`` measures each source of error alone and writes docs/accuracy.md; with
-``--stage`` it prints those stages and writes only where told.
+``--stage`` it prints those stages and writes only to ``--output``.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def measure(name: str, size: tuple[int, int], seconds: float) -> None:
         hands.button(False)
         _report("turning the sun", viewer, turn_sun, 0.5 * seconds)
         folder = Path(tempfile.mkdtemp())
-        waiting: list[Callable[[], object]] = [partial(viewer.change, one) for one in _REBUILDS]
+        waiting: list[Callable[[], object]] = [partial(viewer.change, edit) for edit in _REBUILDS]
         waiting += [
             lambda: viewer.open_scene("uniform"),
             lambda: viewer.change({"droplets.radius.radius_um": 77.0}),

@@ -1,4 +1,4 @@
-"""Memory of this process and of the machine, as far as the system tells."""
+"""Memory of this process and of the machine, as far as the system says."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 _MIB = 2.0**20
-_STATUS = Path("/proc/self/status")
+_STATUS = "/proc/self/status"
 _RESET = Path("/proc/self/clear_refs")
 
 
@@ -21,7 +21,7 @@ class PeakMemory:
 
     Attributes:
         since: ``"row"`` or ``"process"``.
-        start_mib: what the process holds when this is made; None where the system does not tell.
+        start_mib: what the process holds when this is made; None where the system does not say.
     """
 
     def __init__(self) -> None:
@@ -30,20 +30,26 @@ class PeakMemory:
             self.since = "row"
         except OSError:
             self.since = "process"
-        self.start_mib = _status_mib("VmRSS")
+        self.start_mib = _mib(_STATUS, "VmRSS")
 
     def mib(self) -> float | None:
-        """Give the peak so far; None where the system does not tell."""
-        peak = _status_mib("VmHWM")
+        """Give the peak so far; None where the system does not say."""
+        peak = _mib(_STATUS, "VmHWM")
         return _usage_mib() if peak is None else peak
 
 
-def _status_mib(name: str) -> float | None:
+def _searched(path: str, pattern: str) -> str | None:
+    """Give what a pattern's group matches in a file; None without file or match."""
     try:
-        found = re.search(rf"^{name}:\s+(\d+) kB", _STATUS.read_text(), re.MULTILINE)
+        match = re.search(pattern, Path(path).read_text(), re.MULTILINE)
     except OSError:
         return None
-    return int(found[1]) / 1024.0 if found else None
+    return match[1] if match else None
+
+
+def _mib(path: str, name: str) -> float | None:
+    kib = _searched(path, rf"^{name}:\s+(\d+) kB")
+    return None if kib is None else int(kib) / 1024.0
 
 
 def _usage_mib() -> float | None:
@@ -56,21 +62,14 @@ def _usage_mib() -> float | None:
 
 
 def free_mib() -> float | None:
-    """Give the memory that programs can still take; None where the system does not tell."""
-    try:
-        found = re.search(r"^MemAvailable:\s+(\d+) kB", Path("/proc/meminfo").read_text(), re.M)
-    except OSError:
-        return None
-    return int(found[1]) / 1024.0 if found else None
+    """Give the memory that programs can still take; None where the system does not say."""
+    return _mib("/proc/meminfo", "MemAvailable")
 
 
 def cpu_name() -> str:
     """Name the CPU as the system does."""
-    try:
-        found = re.search(r"^model name\s*:\s*(.+)$", Path("/proc/cpuinfo").read_text(), re.M)
-    except OSError:
-        found = None
-    return found[1].strip() if found else platform.processor() or platform.machine()
+    name = _searched("/proc/cpuinfo", r"^model name\s*:\s*(.*\S)")
+    return name or platform.processor() or platform.machine()
 
 
 def cpu_count() -> int:

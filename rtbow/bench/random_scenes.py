@@ -1,4 +1,4 @@
-"""Scenes drawn at random: to see whether what holds for scenes made by hand holds for others."""
+"""Scenes drawn at random, to check that what holds for scenes made by hand holds for others."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _LAMP_SPECTRA = ("LED-B3", "LED-B5", "HP1", "FL2", "FL11", "equal-energy")
 
 def random_seed(name: str | None) -> int | None:
     """Give N of ``random-N``, None for any other name."""
-    found = _NAME.fullmatch(name or "")
-    return int(found[1]) if found else None
+    match = _NAME.fullmatch(name or "")
+    return int(match[1]) if match else None
 
 
 def random_scene(seed: int, overrides: Mapping[str, object]) -> Scene:

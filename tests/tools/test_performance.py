@@ -72,6 +72,11 @@ def test_later_files_replace_earlier_rows(tmp_path):
         ("[", "a.json: Invalid JSON"),
         ("{}", "a.json: Input should be a valid"),
         ("[3]", "a.json: 0: Input should be"),
+        # As earlier versions wrote it, with all numbers side by side.
+        (
+            '[{"scene": "a", "method": "fast", "setting": {}, "common": {}, "size_px": [1, 1]}]',
+            "a.json: 0.machine: Field required",
+        ),
         ('[{"scene": "uniform"}]', "a.json: 0.method: Field required; give a file that rtbow"),
     ],
 )

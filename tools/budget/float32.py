@@ -41,11 +41,11 @@ def measure() -> Measurement:
         scene = rtbow.load_scene("uniform", common)
         drawn = frame(scene, "spectral")
         where = f"`uniform`, {SIZE_NAME}, {step:g} nm"
-        found = frame_difference(drawn, same_table_frame(scene))
-        yield Row(f"{label}: against the same table in float64", where, found)
-        found = frame_difference(drawn, frame(scene, "reference"))
+        difference = frame_difference(drawn, same_table_frame(scene))
+        yield Row(f"{label}: against the same table in float64", where, difference)
+        difference = frame_difference(drawn, frame(scene, "reference"))
         headline = label == "Airy, 300 µm"
-        yield Row(f"{label}: against the reference", where, found, headline=headline)
+        yield Row(f"{label}: against the reference", where, difference, headline=headline)
     air = {
         "camera.size_px": SIZE,
         "atmosphere.rayleigh": True,
@@ -53,10 +53,10 @@ def measure() -> Measurement:
         "render.steps": 400,
     }
     scene = rtbow.load_scene("uniform", air)
-    found = frame_difference(frame(scene, "spectral"), frame(scene, "reference"))
+    difference = frame_difference(frame(scene, "spectral"), frame(scene, "reference"))
     yield Row(
         "Airy, 300 µm, in air, 400 steps: against the reference",
-        f"`uniform` with air, {SIZE_NAME}, 20 nm", found,
+        f"`uniform` with air, {SIZE_NAME}, 20 nm", difference,
     )  # fmt: skip
 
 

@@ -37,12 +37,12 @@ def measure() -> Measurement:
         truth = frame(scene, "reference")
         most = default_steps(scene)
         where = f"`{name}`, {SIZE_NAME}, {step:g} nm"
-        found = frame_difference(frame(scene, "spectral"), truth)
-        yield Row(f"{label}: default", where, found, headline=name == "default")
+        difference = frame_difference(frame(scene, "spectral"), truth)
+        yield Row(f"{label}: default", where, difference, headline=name == "default")
         for words, steps in (("half", most // 2), ("as many", most), ("double", 2 * most)):
             fixed = rtbow.load_scene(name, {**common, "render.steps": steps})
-            found = frame_difference(frame(fixed, "spectral"), truth)
-            yield Row(f"{label}: {words}, {steps} on every ray", where, found)
+            difference = frame_difference(frame(fixed, "spectral"), truth)
+            yield Row(f"{label}: {words}, {steps} on every ray", where, difference)
     yield (
         "By default a ray takes samples by what it crosses; the fixed numbers are half, all and"
         " twice those of the longest such ray, on every ray."

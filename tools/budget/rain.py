@@ -123,10 +123,10 @@ def _even_rain() -> Measurement:
             truth = clear * share_of_light(scene, _POINTS)[..., None]
             per_km = 1e3 * number * _EFFICIENCY * np.pi * 300e-6**2
             for method in _METHODS:
-                found = frame_difference(frame(scene, method), truth)
+                difference = frame_difference(frame(scene, method), truth)
                 yield Row(
                     f"{label}, {per_km:.1f} per km: `{method}`",
-                    f"`uniform` with Q = 2, {SIZE_NAME}, 20 nm", found,
+                    f"`uniform` with Q = 2, {SIZE_NAME}, 20 nm", difference,
                 )  # fmt: skip
     yield (
         "Against the reference without extinction times the share of light that passes, by"

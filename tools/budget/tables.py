@@ -89,10 +89,10 @@ def draw(rng: np.random.Generator, table: MieTable) -> Draw:
         mean_intensities(axes, np.array(nodes), m, theta.ravel())[-1].mean(axis=0)
         for nodes in (both[1:], both)
     )
-    found = look_up(table, x, m, theta.ravel()).reshape(theta.shape)
+    looked = look_up(table, x, m, theta.ravel()).reshape(theta.shape)
     bow = look_up(table, x, m, np.radians(np.linspace(136.0, 150.0, 1401)))
     return Draw(
-        radius, summed.reshape(theta.shape), again.reshape(theta.shape), found, float(bow.max())
+        radius, summed.reshape(theta.shape), again.reshape(theta.shape), looked, float(bow.max())
     )
 
 
@@ -114,8 +114,8 @@ def _airy() -> Measurement:
     for radius in (10.0, 50.0, 200.0, 1000.0):
         theta = strip_angles()
         scene = strip_scene({"droplets.radius.radius_um": radius})
-        found = frame_difference(table_strip(scene, theta), reference_strip(scene, theta))
-        yield Row(f"Airy, {radius:g} µm", "strip", found, headline=radius == 200.0)
+        difference = frame_difference(table_strip(scene, theta), reference_strip(scene, theta))
+        yield Row(f"Airy, {radius:g} µm", "strip", difference, headline=radius == 200.0)
     size = sum(a.nbytes for a in (table.near, table.fringe, table.pole))
     yield f"Airy's table: {size / 2**20:.2f} MiB in memory, built in less than a second."
 
@@ -149,9 +149,9 @@ def _strips() -> Measurement:
         looked = table_strip(scene, theta, sections)
         for name, low, high in (("", 90.0, 180.0), (", 90-178°", 90.0, 178.0)):
             part = (np.degrees(theta) >= low) & (np.degrees(theta) <= high)
-            found = frame_difference(looked[part], truth[part])
+            difference = frame_difference(looked[part], truth[part])
             headline = radius == 100.0 and not name
-            yield Row(f"exact, {radius:g} µm{name}", "strip, 20 nm", found, headline=headline)
+            yield Row(f"exact, {radius:g} µm{name}", "strip, 20 nm", difference, headline=headline)
 
 
 def _shipped_against(full: MieTable | None) -> Measurement:

@@ -82,7 +82,7 @@ def measure() -> Measurement:
     )
     exact_of: dict[str, Array] = {}
     for label, airy_drops, exact_drops, radii in kinds:
-        found: dict[str, list[tuple[int, float]]] = {}
+        p99: dict[str, list[tuple[int, float]]] = {}
         for radius in radii:
             drops = exact_drops(radius)
             key = repr(drops)
@@ -94,8 +94,8 @@ def measure() -> Measurement:
                 difference = frame_difference(airy[mask], exact[mask])
                 headline = radius == 300 and airy_drops is one_size and bool(mask.all())
                 yield Row(f"{label}, {radius} µm", name, difference, headline=headline)
-                found.setdefault(name, []).append((radius, difference.delta_e.p99))
-        for name, values in found.items():
+                p99.setdefault(name, []).append((radius, difference.delta_e.p99))
+        for name, values in p99.items():
             yield f"{label[0].upper()}{label[1:]}, {name}: {_falls_under(values)}."
     yield (
         "Mixtures end where the exact table does: drops up to 1500 µm, which are 3.3 times the"
@@ -104,17 +104,17 @@ def measure() -> Measurement:
     yield _why(theta, exact_of[repr(one_size(1000))])
 
 
-def _falls_under(found: list[tuple[int, float]]) -> str:
+def _falls_under(p99: list[tuple[int, float]]) -> str:
     """Say from which radius on the 99th percentile stays under each level."""
     parts = []
     for level in _LEVELS:
         held = None
-        for radius, value in reversed(found):
+        for radius, value in reversed(p99):
             if value >= level:
                 break
             held = radius
         parts.append(f"under {level:g} " + (f"from {held} µm on" if held else "nowhere"))
-    radius, value = min(found, key=lambda pair: pair[1])
+    radius, value = min(p99, key=lambda pair: pair[1])
     stays = ", ".join(parts)
     return f"the 99th percentile of ΔE stays {stays}; least {value:.1f} at {radius} µm"
 

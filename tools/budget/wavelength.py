@@ -27,9 +27,11 @@ def measure() -> Measurement:
             )
             for step in _STEPS_NM:
                 scene = strip_scene({**common, "render.wavelength_step_nm": step})
-                found = frame_difference(reference_strip(scene, theta), truth)
+                difference = frame_difference(reference_strip(scene, theta), truth)
                 headline = label == "sun" and radius == 300 and step == 5.0
-                yield Row(f"{step:g} nm, {label}", f"strip, {radius} µm", found, headline=headline)
+                yield Row(
+                    f"{step:g} nm, {label}", f"strip, {radius} µm", difference, headline=headline
+                )
 
 
 WAVELENGTH = Stage(
