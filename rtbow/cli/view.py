@@ -72,15 +72,15 @@ def view(
 
 
 def _recover(viewer: Viewer, *, cameras: bool = False) -> None:
-    """Say where what was not saved is to be found; never raises, whatever goes wrong."""
+    """Say where unsaved changes are; never raises, whatever goes wrong."""
     try:
-        for found in viewer.recover(cameras=cameras):
-            if found.path is not None:
-                _say(f"unsaved changes are in {found.path}")
+        for unsaved in viewer.recover(cameras=cameras):
+            if unsaved.path is not None:
+                _say(f"unsaved changes are in {unsaved.path}; rtbow view offers them")
                 continue
-            if found.problem:
-                _say(f"unsaved changes could not be kept: {found.problem}")
-            _say(f"this shows them again: {found.command}")
+            if unsaved.problem:
+                _say(f"unsaved changes could not be kept: {unsaved.problem}")
+            _say(f"this shows them again: {unsaved.command}")
     except Exception as error:
         _say(f"unsaved changes could not be kept: {error}")
 

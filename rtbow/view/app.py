@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import glfw
+import rtbow.view.window  # noqa: F401  first: it chooses the GLFW library
 
+# isort: split
 from rtbow.base.arrays import Float32
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.frames.image import FRAME_SUFFIXES
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import DEFAULT_SCENE
 from rtbow.scene.text.values import changed_scene, values_of
+from rtbow.view.document.autosave import Unsaved
 from rtbow.view.document.edits import Edits, Opened
 from rtbow.view.document.files import SceneFiles
 from rtbow.view.document.messages import (
@@ -28,7 +31,6 @@ from rtbow.view.document.messages import (
     failure_of,
 )
 from rtbow.view.document.names import free_name
-from rtbow.view.document.recovery import Recovered
 from rtbow.view.document.state import OVERLAYS, ViewState
 from rtbow.view.panel.whole import Panel
 from rtbow.view.picture.hud import Hud
@@ -85,6 +87,7 @@ class Viewer:
         self.edits = Edits(opened)
         self.state = ViewState(method=method, exposure_ev=exposure_ev)
         self.hud = Hud()
+        self._shortcuts = self._make_shortcuts()
         self.steering = Steering(self)
         self.stage = Stage(self.edits, self.state, self._dropped, self._key, self.steering.scroll)
         self.files = SceneFiles(self.edits, self.state, watching=watch)
@@ -199,7 +202,7 @@ class Viewer:
             self._worker.close()
             self.jobs.close()
 
-    def recover(self, *, cameras: bool = False) -> list[Recovered]:
+    def recover(self, *, cameras: bool = False) -> list[Unsaved]:
         """Write the unsaved changes of all scenes that were opened, and tell where they are.
 
         A window that is closed without it leaves no files.
@@ -392,47 +395,47 @@ class Viewer:
         else:
             self.state.notify(f"{paths[0]}: is not a scene; drop a .toml file", "error")
 
-    def _key(self, key: int, down: bool, modifiers: int) -> None:
-        if not down:
-            return
-        if modifiers & (glfw.MOD_CONTROL | glfw.MOD_SUPER):
-            self._control_key(key, bool(modifiers & glfw.MOD_SHIFT))
-        elif key == glfw.KEY_ESCAPE:
-            if not self._step_back():
-                self.stage.window.close()
-        elif key == glfw.KEY_F1:
-            self.state.help_open = not self.state.help_open
-        elif key == glfw.KEY_F11:
-            self.stage.window.toggle_full_screen()
-        elif key == glfw.KEY_TAB:
-            self.state.panel_open = not self.state.panel_open
-        elif key == glfw.KEY_V:
-            self.split(self.edits.scene.compare is None)
-        else:
-            self.state.overlays ^= {n for n, (letter, _) in OVERLAYS.items() if key == ord(letter)}
+    def _key(self, name: str) -> None:
+        action = self._shortcuts.get(name) or self._shortcuts.get(name.replace("Shift+", ""))
+        if action is not None:
+            action()
 
-    def _step_back(self) -> bool:
-        """Close what is open over the window, one after the other; give whether there was any."""
+    def _make_shortcuts(self) -> dict[str, Callable[[], object]]:
+        state = self.state
+        return {
+            "Esc": self._step_back,
+            "Tab": lambda: setattr(state, "panel_open", not state.panel_open),
+            "F1": lambda: setattr(state, "help_open", not state.help_open),
+            "F11": lambda: self.stage.window.toggle_full_screen(),
+            "V": lambda: self.split(self.edits.scene.compare is None),
+            "Ctrl+Z": self.undo,
+            "Ctrl+Shift+Z": self.redo,
+            "Ctrl+Y": self.redo,
+            "Ctrl+C": self.copy_command,
+            "Ctrl+S": self._save_scene,
+            "Ctrl+E": self._save_frame,
+            **{key: partial(self._toggle, name) for name, (key, _) in OVERLAYS.items()},
+        }
+
+    def _toggle(self, overlay: str) -> None:
+        self.state.overlays ^= {overlay}
+
+    def _step_back(self) -> None:
+        """Close what is open over the window, one after the other; then the window itself."""
         if self.stage.close_popups() or self.panel.forget_refused():
-            return True
+            return
         if self.state.help_open:
             self.state.help_open = False
-            return True
-        return self.hud.unmark()
+        elif not self.hud.unmark():
+            self.stage.window.close()
 
-    def _control_key(self, key: int, shift: bool) -> None:
-        if key == glfw.KEY_Z:
-            (self.redo if shift else self.undo)()
-        elif key == glfw.KEY_Y:
-            self.redo()
-        elif key == glfw.KEY_C:
-            self.copy_command()
-        elif key == glfw.KEY_S:
-            file = self.edits.opened.file
-            self.save_scene(str(file) if file is not None else f"{self._free_name('.toml')}.toml")
-        elif key == glfw.KEY_E:
-            name = self._free_name(*FRAME_SUFFIXES)
-            self.save_frame(tuple(f"{name}{suffix}" for suffix in FRAME_SUFFIXES))
+    def _save_scene(self) -> None:
+        file = self.edits.opened.file
+        self.save_scene(str(file) if file is not None else f"{self._free_name('.toml')}.toml")
+
+    def _save_frame(self) -> None:
+        name = self._free_name(*FRAME_SUFFIXES)
+        self.save_frame(tuple(f"{name}{suffix}" for suffix in FRAME_SUFFIXES))
 
     def _free_name(self, *suffixes: str) -> str:
         """Give a name in the current folder, without its ending, that no file has."""

@@ -24,7 +24,6 @@ from rtbow.view.document.state import ViewState
 from rtbow.view.panel.rows import Row, rows_of
 from rtbow.view.panel.whole import Panel
 from rtbow.view.window import look
-from rtbow.view.window.draw import ImguiRenderer
 from rtbow.view.window.help import draw_help
 
 FRAME_S = 1.0 / 60.0
@@ -104,7 +103,7 @@ class Stage:
         self.io.set_ini_filename("")
         self.io.display_size = imgui.ImVec2(*self.size)
         self.io.delta_time = FRAME_S
-        self.painter = ImguiRenderer(gl)
+        assert imgui.backends.opengl3_init("#version 330")
         self.target = gl.ctx.framebuffer([gl.ctx.texture(self.size, 4)])
         self.state = state or ViewState()
         self.actions = Recorded(edits, self.state)
@@ -128,6 +127,7 @@ class Stage:
         for _ in range(count):
             self.panel.ui.seen = {}
             look.scale(self.scale)
+            imgui.backends.opengl3_new_frame()
             imgui.new_frame()
             if self.state.help_open:
                 draw_help(self.state)
@@ -144,9 +144,8 @@ class Stage:
     def paint(self) -> np.ndarray:
         """Give the picture of the last frame, (h, w, 3)."""
         self.target.use()
-        self.target.scissor = None
         self.target.clear(*look.BACKGROUND)
-        self.painter.render(imgui.get_draw_data(), self.target)
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         data = self.target.read(components=3, alignment=1)
         return np.frombuffer(data, np.uint8).reshape(self.size[1], self.size[0], 3)[::-1]
 
@@ -252,9 +251,7 @@ def staged(
         yield stage
     finally:
         stage.panel.close()
-        for texture in imgui.get_platform_io().textures:
-            texture.set_tex_id(0)
-            texture.set_status(imgui.ImTextureStatus.destroyed)
+        imgui.backends.opengl3_shutdown()
         imgui.destroy_context()
 
 
@@ -265,7 +262,8 @@ def timed(stage: Stage, count: int = 100) -> tuple[float, float]:
         begun = time.perf_counter()
         stage.frames()
         between = time.perf_counter()
-        stage.painter.render(imgui.get_draw_data(), stage.target)
+        stage.target.use()
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         stage.target.ctx.finish()
         build.append(between - begun)
         draw.append(time.perf_counter() - between)

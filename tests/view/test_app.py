@@ -46,8 +46,13 @@ PATIENCE_S = 120.0
 class Session:
     """A window and somebody's hands."""
 
-    def __init__(self, viewer: Viewer, hands: Hands) -> None:
+    def __init__(self, viewer: Viewer, hands: Hands, unsaved: Path) -> None:
         self.viewer, self.hands = viewer, hands
+        self._unsaved = unsaved
+
+    def kept(self, stem: str) -> list[Path]:
+        """The files that hold what was not saved of a scene."""
+        return list(self._unsaved.glob(f"{stem}-*.toml"))
 
     def until(self, condition: Callable[[], bool]) -> None:
         end = time.monotonic() + PATIENCE_S
@@ -127,11 +132,13 @@ def opened(name: str, *overrides: str, size: tuple[int, int] = SIZE) -> Opened:
 @pytest.fixture(scope="module")
 def session(screen: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("current"))  # where unsaved scenes are kept
+        patch.chdir(tmp_path_factory.mktemp("current"))
+        data = tmp_path_factory.mktemp("data")
+        patch.setenv("XDG_DATA_HOME", str(data))
         viewer, hands = Viewer(opened("uniform")), Hands(screen)
         glfw.set_window_pos(viewer.stage.window.handle, 0, 0)
         glfw.set_window_size(viewer.stage.window.handle, *WINDOW)
-        yield Session(viewer, hands)
+        yield Session(viewer, hands, data / "rtbow" / "unsaved")
         viewer.close()
         hands.close()
 
@@ -621,8 +628,8 @@ def test_keys_save_under_names_that_are_free(live, tmp_path, monkeypatch):
 
 def test_frames_that_are_being_saved_have_their_names_already(live, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    live.viewer._control_key(glfw.KEY_E, False)
-    live.viewer._control_key(glfw.KEY_E, False)
+    live.tap("e", "Control_L")
+    live.tap("e", "Control_L")
     live.viewer.save_frame(("uniform-01.exr", "uniform-01.png"))
     names = ["uniform-01-01.png", "uniform-01.png", "uniform-02.png"]
     live.until(lambda: not live.viewer.jobs.saving)
@@ -712,22 +719,22 @@ def test_a_renderer_that_is_lost_is_told_and_comes_back(live):
     assert viewer._worker.process_id != lost
 
 
-def test_unsaved_changes_are_kept(live, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    viewer, kept = live.viewer, tmp_path / "uniform-recovered.toml"
+def test_unsaved_changes_are_kept(live, tmp_path):
+    viewer = live.viewer
     viewer.change({"light.0.altitude_deg": 12.0})
-    live.until(kept.is_file)
+    live.until(lambda: live.kept("uniform"))
+    (kept,) = live.kept("uniform")
     assert load_scene(kept) == viewer.edits.scene
     viewer.change({"light.0.altitude_deg": 13.0})
     live.until(lambda: load_scene(kept) == viewer.edits.scene)
+    assert live.kept("uniform") == [kept]
     viewer.save_scene(str(tmp_path / "mine.toml"))
     live.until(lambda: not kept.exists())
     viewer.change({"light.0.altitude_deg": 14.0})
-    again = tmp_path / "mine-recovered.toml"
-    live.until(again.is_file)
+    live.until(lambda: live.kept("mine"))
     viewer.undo()
-    live.until(lambda: not again.exists())
-    assert not list(tmp_path.glob("*recovered*"))
+    live.until(lambda: not live.kept("mine"))
+    assert not live.kept("*")
 
 
 def test_what_was_wrong_with_a_file_is_over_once_it_is_saved(live, tmp_path):

@@ -14,13 +14,8 @@ from rtbow.scene.text.file import (
     parse_set,
 )
 from rtbow.scene.text.values import scene_files
+from rtbow.view.document.autosave import KEEP_AFTER_S, Autosave, Unsaved, origin
 from rtbow.view.document.edits import Edits, Opened
-from rtbow.view.document.recovery import (
-    KEEP_AFTER_S,
-    Recovered,
-    Recovery,
-    recovered_path,
-)
 from rtbow.view.document.watch import Watch
 
 if TYPE_CHECKING:
@@ -46,12 +41,12 @@ class SceneFiles:
     def __init__(self, edits: Edits, state: ViewState, *, watching: bool) -> None:
         self._edits, self._state, self._watching = edits, state, watching
         self._watch = Watch()
-        self._recovery, self._recovered = Recovery(), False
+        self._autosave, self._recovered = Autosave(), False
         self._seen = self._kept = edits.scene
         self._changed_s: float | None = None
         self.count = 1
         self._follow(anew=True)
-        self._tell_of_recovered()
+        self._offer_unsaved()
 
     def open(self, name: str | None, overrides: tuple[str, ...] = (), *, of: str = "open") -> bool:
         """Open a built-in scene or a file; give whether that went well.
@@ -61,6 +56,8 @@ class SceneFiles:
             overrides: as after ``--set``.
             of: under which what is wrong with it is told.
         """
+        if name is not None and self._autosave.holds(Path(name)):
+            return self._restore(Path(name))
         try:
             scene = load_scene(name, dict(parse_set(text) for text in overrides))
         except InputError as error:
@@ -71,7 +68,7 @@ class SceneFiles:
         before = self._edits.opened, self._edits.scene
         self._edits.open(Opened(scene, name, overrides))
         if self._edits.scene is before[1]:  # its file has come to be the same
-            self._recovery.forget(before[0])
+            self._autosave.forget(before[0])
         self._seen = self._kept = self._edits.scene
         self.count += 1
         self._state.tell("open")
@@ -79,20 +76,35 @@ class SceneFiles:
         self._state.wake()
         if of == "open" and name is not None:
             self._note_recent(name)
-            self._tell_of_recovered()
         return True
+
+    def _restore(self, path: Path) -> bool:
+        """Open what an earlier window left, as changes to the scene that it was made from."""
+        try:
+            scene = load_scene(path)
+            name = origin(path)
+        except (InputError, OSError) as error:
+            self._state.tell("open", str(error))
+            return False
+        if not self.open(name):  # it has gone: from the default scene all can be reached
+            self.open(None)
+        if not self._autosave.claim(path, self._edits.opened, scene):
+            self._state.notify(f"{path}: another window has opened it", "error")
+            return False
+        self._edits.replace(scene)
+        self._state.recent = [n for n in self._state.recent if n != str(path)]
+        return True
+
+    def _offer_unsaved(self) -> None:
+        """List what earlier windows have left among the recent files."""
+        left = [str(path) for path in self._autosave.left()]
+        self._state.recent = left[:_MOST_RECENT]
+        if left:
+            self._state.notify("changes that were not saved are listed under Scenes")
 
     def _note_recent(self, name: str) -> None:
         recent = [name, *(n for n in self._state.recent if n != name)]
         self._state.recent = recent[:_MOST_RECENT]
-
-    def _tell_of_recovered(self) -> None:
-        """Tell of a file that an earlier window left of this scene, and nobody has opened yet."""
-        opened = self._edits.opened
-        path = recovered_path(opened)
-        own = opened.file is None or path == opened.file or self._recovery.keeps(path)
-        if not own and path.is_file():
-            self._state.notify(f"{path}: changes that were not saved; drop it here to see them")
 
     def save(self, path: str, *, replace: bool = False) -> None:
         """Write the scene as TOML, over a file that was not opened here only if it is to."""
@@ -107,7 +119,7 @@ class SceneFiles:
                 return
             self._state.notify(str(error), "error")
             return
-        self._recovery.forget(before)
+        self._autosave.forget(before)
         self._kept = self._edits.scene
         self._state.tell("file")  # what was wrong with it has been written over
         self._note_recent(path)
@@ -155,11 +167,11 @@ class SceneFiles:
     def _keep_unsaved(self) -> None:
         self._kept, self._changed_s = self._edits.scene, None
         if self._edits.unsaved:
-            self._recovery.keep(self._edits.opened, self._edits.scene)
+            self._autosave.keep(self._edits.opened, self._edits.scene)
         else:
-            self._recovery.forget(self._edits.opened)
+            self._autosave.forget(self._edits.opened)
 
-    def recover(self, *, cameras: bool = False) -> list[Recovered]:
+    def recover(self, *, cameras: bool = False) -> list[Unsaved]:
         """Write the unsaved changes of all scenes that were opened, and tell where they are.
 
         Args:
@@ -168,9 +180,9 @@ class SceneFiles:
         self._recovered = True
         if self._edits.unsaved:
             self._keep_unsaved()
-        return self._recovery.finish(cameras=cameras)
+        return self._autosave.finish(cameras=cameras)
 
     def close(self) -> None:
         """Remove what was kept, unless it was recovered."""
         if not self._recovered:
-            self._recovery.discard()
+            self._autosave.discard()

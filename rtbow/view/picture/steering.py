@@ -6,7 +6,6 @@ import math
 import time
 from typing import Protocol
 
-import glfw
 import numpy as np
 from imgui_bundle import imgui
 
@@ -20,11 +19,10 @@ from rtbow.view.window.stage import Stage
 _FAST_FACTOR = 4.0
 """Speed with Shift."""
 _MOVES = {
-    glfw.KEY_W: (0.0, 1.0, 0.0), glfw.KEY_S: (0.0, -1.0, 0.0), glfw.KEY_A: (-1.0, 0.0, 0.0),
-    glfw.KEY_D: (1.0, 0.0, 0.0), glfw.KEY_Q: (0.0, 0.0, -1.0), glfw.KEY_E: (0.0, 0.0, 1.0),
+    "W": (0.0, 1.0, 0.0), "S": (0.0, -1.0, 0.0), "A": (-1.0, 0.0, 0.0),
+    "D": (1.0, 0.0, 0.0), "Q": (0.0, 0.0, -1.0), "E": (0.0, 0.0, 1.0),
 }  # fmt: skip
-"""Keys that fly: towards the right, ahead and up."""
-_SHIFTS = {glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT}
+"""Keys that fly: how far to the right, ahead and up."""
 _LOOKING = "camera"
 """The gesture of looking around and flying, which go on together."""
 _LONGEST_STEP_S = 0.1
@@ -59,7 +57,7 @@ class Steering:
         """Whether a key that flies is down."""
         return bool(self._held_moves())
 
-    def _held_moves(self) -> list[int]:
+    def _held_moves(self) -> list[str]:
         return [key for key in _MOVES if key in self._host.stage.input.held]
 
     def fly(self, now: float) -> None:
@@ -74,7 +72,7 @@ class Steering:
         right, ahead, up = np.sum([_MOVES[key] for key in keys], axis=0)
         scene = self._host.edits.scene
         speed = navigate.cruise_m_s(scene, self._host.hud.box_m(scene))
-        if self._host.stage.input.held & _SHIFTS:
+        if imgui.get_io().key_shift:
             speed *= _FAST_FACTOR
         seconds = min(now - before, _LONGEST_STEP_S)
         self.aim(navigate.fly(scene.camera, right, ahead, up, seconds, speed))

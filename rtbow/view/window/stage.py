@@ -10,10 +10,10 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from rtbow.base.arrays import Float32
+from rtbow.base.errors import UnavailableError
 from rtbow.frames.display import BLACK_FRAME_EV
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 from rtbow.view.window import look
-from rtbow.view.window.draw import ImguiRenderer
 from rtbow.view.window.image import Picture, Rect
 from rtbow.view.window.input import WindowInput
 from rtbow.view.window.system import Window
@@ -31,6 +31,8 @@ _FALSE_DECADES = 4.0
 """Range of the false colours below the brightest pixels."""
 _FALSE_QUANTILE = 0.999
 _COLOURS = 256
+_GLSL = "#version 330"
+"""What ImGui's own shaders begin with."""
 
 
 class Stage:
@@ -55,7 +57,7 @@ class Stage:
         edits: Edits,
         state: ViewState,
         on_drop: Callable[[list[str]], None],
-        on_key: Callable[[int, bool, int], None],
+        on_key: Callable[[str], None],
         on_scroll: Callable[[float], None],
     ) -> None:
         self._edits, self._state = edits, state
@@ -72,9 +74,9 @@ class Stage:
         )
         look.apply()
         with self.window.gl.current():
-            self._painter = ImguiRenderer(self.window.gl)
+            if not imgui.backends.opengl3_init(_GLSL):
+                raise UnavailableError("the panel cannot be drawn with this OpenGL driver")
             self._picture = Picture(self.window.gl, _colour_map())
-        self.window.share_clipboard()
         self.frame_rgb: Float32 | None = None
         self._composed = self._closing_popups = False
         self._false: tuple[Float32 | None, tuple[float, float] | None] = (None, None)
@@ -82,6 +84,9 @@ class Stage:
     def close(self) -> None:
         """Close the window; a second call does nothing."""
         if self.window.handle is not None:
+            with self.window.gl.current():
+                imgui.backends.opengl3_shutdown()
+            self.input.close()
             implot.destroy_context(self._plots)
             imgui.destroy_context(self._imgui)
             self.window.destroy()
@@ -102,7 +107,6 @@ class Stage:
             picture = Picture(self.window.gl, _colour_map())
             if self.frame_rgb is not None:
                 picture.take(self.frame_rgb)
-            self._painter.recompile()
         self._picture = picture
 
     # --- where things are ---------------------------------------------------------------------
@@ -146,6 +150,7 @@ class Stage:
             panel: and what stands beside it, where the panel is open.
         """
         with self.window.gl.current():
+            imgui.backends.opengl3_new_frame()
             self.input.begin_frame()
             look.scale(self.window.content_scale)
             imgui.new_frame()
@@ -194,7 +199,7 @@ class Stage:
         exposure = shown if self._state.exposure_ev is None else self._state.exposure_ev
         self._picture.draw(screen, self.view_rect(), exposure, self.false_range())
         if self._composed:
-            self._painter.render(imgui.get_draw_data(), screen)
+            imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
 
     # --- false colours ------------------------------------------------------------------------
 

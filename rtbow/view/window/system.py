@@ -9,7 +9,6 @@ from typing import Any
 import glfw
 import moderngl
 import numpy as np
-from imgui_bundle import imgui
 from numpy.typing import NDArray
 
 from rtbow.base.errors import UnavailableError
@@ -150,18 +149,6 @@ class Window:
         """Put a text on the clipboard."""
         nowhere: Any = None  # since GLFW 3.3 the clipboard is of no window
         glfw.set_clipboard_string(nowhere, text)
-
-    def share_clipboard(self) -> None:
-        """Let ImGui's fields copy and paste with other programs."""
-        nowhere: Any = None
-
-        def paste(_: Any) -> str:
-            text: Any = glfw.get_clipboard_string(nowhere)  # bytes, whatever its stub says
-            return text.decode("utf-8", "replace") if text else ""
-
-        platform = imgui.get_platform_io()
-        platform.platform_set_clipboard_text_fn = lambda _, text: self.copy(text)
-        platform.platform_get_clipboard_text_fn = paste
 
     def retitle(self, title: str) -> None:
         """Change the title."""
