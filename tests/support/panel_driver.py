@@ -108,7 +108,7 @@ class Stage:
         self.state = state or ViewState()
         self.actions = Recorded(edits, self.state)
         self.panel = Panel(self.actions)
-        self.panel.ui.seen = {}
+        self.panel.rows.seen = {}
         self.mouse(-100.0, -100.0)
         self.frames(3)
 
@@ -119,13 +119,13 @@ class Stage:
     @property
     def seen(self) -> dict[str, tuple[float, float, float, float]]:
         """Rectangles of the widgets of the last frame."""
-        assert self.panel.ui.seen is not None
-        return self.panel.ui.seen
+        assert self.panel.rows.seen is not None
+        return self.panel.rows.seen
 
     def frames(self, count: int = 1) -> None:
         """Draw."""
         for _ in range(count):
-            self.panel.ui.seen = {}
+            self.panel.rows.seen = {}
             look.scale(self.scale)
             imgui.backends.opengl3_new_frame()
             imgui.new_frame()
@@ -228,7 +228,7 @@ class Stage:
         """The help that comes when the mouse rests on a widget."""
         self.hover(path)
         self.frames(40)
-        hot = self.panel.ui.tip_shown
+        hot = self.panel.rows.tips.shown
         return hot
 
     def open_all(self) -> None:

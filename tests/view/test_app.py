@@ -447,11 +447,11 @@ def test_the_last_right_side_comes_back(live):
 def test_every_slider_in_sight_moves_with_the_mouse(live):
     viewer = live.viewer
     glfw.set_window_size(viewer.stage.window.handle, SIZE[0] + 340, SCREEN_PX[1] - 100)
-    viewer.panel.ui.seen = {}
+    viewer.panel.rows.seen = {}
     try:
         live.steps(4)
         for section in ("Air", "Theory", "Camera"):
-            left, top, right, bottom = viewer.panel.ui.seen[f"section/{section}"]
+            left, top, right, bottom = viewer.panel.rows.seen[f"section/{section}"]
             live.click(0.5 * (left + right), 0.5 * (top + bottom))
         live.steps(4)
         first = viewer.edits.scene
@@ -463,7 +463,7 @@ def test_every_slider_in_sight_moves_with_the_mouse(live):
             if inner.kind == "number"
         }
         tried = 0
-        for path in list(viewer.panel.ui.seen):
+        for path in list(viewer.panel.rows.seen):
             if path not in numbers and not path.startswith("light.0."):
                 continue
             values = viewer.edits.scene.model_dump()
@@ -474,7 +474,7 @@ def test_every_slider_in_sight_moves_with_the_mouse(live):
                 continue
             live.settle()  # a bar of progress above moves all down
             live.steps(2)
-            left, top, right, bottom = viewer.panel.ui.seen[path]
+            left, top, right, bottom = viewer.panel.rows.seen[path]
             y = 0.5 * (top + bottom)
             middle = 0.5 * (left + right)
             live.drag((middle, y), (left + 0.8 * (right - left), y))
@@ -485,7 +485,7 @@ def test_every_slider_in_sight_moves_with_the_mouse(live):
             tried += 1
         assert tried >= 6
     finally:
-        viewer.panel.ui.seen = None
+        viewer.panel.rows.seen = None
         glfw.set_window_size(viewer.stage.window.handle, *WINDOW)
         live.steps(4)
 
@@ -516,10 +516,10 @@ def test_escape_closes_what_is_open_and_only_then_the_window(live):
     live.steps(2)
     live.tap("F1")
     glfw.set_window_size(viewer.stage.window.handle, SIZE[0] + 340, SCREEN_PX[1] - 100)
-    viewer.panel.ui.seen = {}
+    viewer.panel.rows.seen = {}
     live.steps(4)
-    left, top, right, bottom = viewer.panel.ui.seen["view.method"]
-    viewer.panel.ui.seen = None
+    left, top, right, bottom = viewer.panel.rows.seen["view.method"]
+    viewer.panel.rows.seen = None
     live.click(0.5 * (left + right), 0.5 * (top + bottom))
     every = imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level
     assert imgui.is_popup_open("", every)

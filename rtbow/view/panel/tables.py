@@ -24,8 +24,9 @@ from rtbow.view.document.proposals import (
     value_at,
 )
 from rtbow.view.panel import kinds, widgets
+from rtbow.view.panel.drafts import Set
+from rtbow.view.panel.layout import Rows
 from rtbow.view.panel.rows import Row, own_row, rows_of
-from rtbow.view.panel.ui import Set, Ui
 
 _BY_PARTS = ("box_m", "radius", "density")
 """What droplets need without a file."""
@@ -50,13 +51,13 @@ class Tables:
     """Draws tables of the scene and hands changes over.
 
     Args:
-        ui: what widgets share.
+        rows: of the panel.
         proposals: takes changes.
     """
 
-    def __init__(self, ui: Ui, proposals: Proposals) -> None:
-        self._ui, self._proposals = ui, proposals
-        ui.on_reset = self.reset
+    def __init__(self, rows: Rows, proposals: Proposals) -> None:
+        self._rows, self._proposals = rows, proposals
+        rows.tips.on_reset = self.reset
 
     # --- any table ----------------------------------------------------------------------------
 
@@ -108,27 +109,27 @@ class Tables:
         if row.kind == "tables":
             self._list(row, value)
             return
-        ui = self._ui
+        rows = self._rows
         differs = value != before
-        if not ui.begin_row(row, differs):
+        if not rows.begin_row(row, differs):
             return
         shared = self._proposals.right and row.path in _SHARED
         if shared:
             imgui.begin_disabled()
-        ui.label(row.label)
+        rows.label(row.label)
         if row.optional and not needed:
             self._on_off(row, value)
             if value is not None:
-                imgui.same_line(0.0, ui.gap)
+                imgui.same_line(0.0, rows.gap)
         if value is not None or not row.optional:
             self._value(row, value)
-        if differs and not shared and ui.reset_button(row):
+        if differs and not shared and rows.reset_button(row):
             self.reset(row)
         if value is not None and row.kind in ("vector", "corners"):
             self._lines(row, value)
         if shared:
             imgui.end_disabled()
-        ui.end_row()
+        rows.end_row()
 
     def _set(self, row: Row) -> Set:
         def change(value: object, gesture: object) -> str:
@@ -159,42 +160,42 @@ class Tables:
             keys = [row.path.rpartition(".")[0]]
             if keys == ["droplets.radius"]:
                 keys += ["droplets.density", "droplets.grid"]
-        self._ui.forget(row.path)
-        self._ui.told(row.path, self._proposals.reset(*keys))
+        self._rows.drafts.forget(row.path)
+        self._rows.drafts.answer(row.path, self._proposals.reset(*keys))
 
     def _on_off(self, row: Row, value: Any) -> None:
         """Draw the box of a value that may be left out, and what holds where it is."""
-        ui = self._ui
-        text = ui.fitting(row.absent.split(",")[0], "left out") if value is None else ""
+        rows = self._rows
+        text = rows.fitting(row.absent.split(",")[0], "left out") if value is None else ""
         changed, on = imgui.checkbox(f"{text}##on {row.path}", value is not None)
-        ui.note(f"{row.path}/on")
+        rows.note(f"{row.path}/on")
         if changed:
-            ui.choose(row.path, kinds.start_of(row) if on else None, self._set(row))
+            rows.drafts.choose(row.path, kinds.start_of(row) if on else None, self._set(row))
 
     def _value(self, row: Row, value: Any) -> None:
         """Draw what stands beside the label."""
-        ui = self._ui
-        width = ui.reset_x - ui.gap - imgui.get_cursor_pos_x()
+        rows = self._rows
+        width = rows.reset_x - rows.gap - imgui.get_cursor_pos_x()
         if row.kind == "number":
-            widgets.number(ui, row.path, value, width, self._set(row), row.slide, unit=row.unit)
+            widgets.number(rows, row.path, value, width, self._set(row), row.slide, unit=row.unit)
         elif row.kind == "flag":
-            widgets.flag(ui, row.path, value, self._set(row))
+            widgets.flag(rows, row.path, value, self._set(row))
         elif row.kind == "choice":
-            widgets.choice(ui, row.path, value, row.choices, width, self._set(row))
+            widgets.choice(rows, row.path, value, row.choices, width, self._set(row))
         elif row.kind == "tag":
-            widgets.choice(ui, row.path, value, row.choices, width, self._set_kind(row))
+            widgets.choice(rows, row.path, value, row.choices, width, self._set_kind(row))
         elif row.kind == "spectrum":
-            widgets.spectrum(ui, row, value, width, self._set(row))
+            widgets.spectrum(rows, row, value, width, self._set(row))
         elif row.kind in ("text", "path"):
-            widgets.text(ui, row.path, value, width, self._set(row))
+            widgets.text(rows, row.path, value, width, self._set(row))
         elif row.kind == "boxes":
-            widgets.boxes(ui, row, value, self._set(row))
+            widgets.boxes(rows, row, value, self._set(row))
         elif row.kind in ("vector", "corners"):
             imgui.text_disabled(f"in {row.unit}" if row.unit else "")
         elif row.kind == "overrides":
             imgui.text_disabled(f"{len(value)} of them" if len(value) > 1 else "")
         else:
-            widgets.toml(ui, row.path, value, width, self._set(row))
+            widgets.toml(rows, row.path, value, width, self._set(row))
 
     def _lines(self, row: Row, value: Any) -> None:
         """Draw what stands below the label."""
@@ -206,7 +207,7 @@ class Tables:
 
     def _vector(self, path: str, value: Any, row: Row, lead: str = "") -> None:
         widgets.vector(
-            self._ui, path, value, row, lambda index: self._set_item(f"{path}.{index}"), lead
+            self._rows, path, value, row, lambda index: self._set_item(f"{path}.{index}"), lead
         )
 
     # --- tables in tables ---------------------------------------------------------------------
@@ -214,14 +215,14 @@ class Tables:
     def _table_in(self, row: Row, value: Any, before: Any, *, needed: bool) -> None:
         """Draw a table that stands in another: its box if it may be left out, and its rows."""
         if row.optional and not needed:
-            ui = self._ui
-            if not ui.begin_row(row, value != before):
+            rows = self._rows
+            if not rows.begin_row(row, value != before):
                 return
-            ui.label(row.label)
+            rows.label(row.label)
             self._on_off(row, value)
-            if value != before and ui.reset_button(row):
+            if value != before and rows.reset_button(row):
                 self.reset(row)
-            ui.end_row()
+            rows.end_row()
         if value is not None:
             self.any_table(row.path, value, row.node.models)
 
@@ -233,14 +234,14 @@ class Tables:
             self.table(path, table, kinds=models)
 
     def _droplets(self, path: str, droplets: Droplets) -> None:
-        ui = self._ui
+        rows = self._rows
         from_file = droplets.file is not None
-        if ui.begin_row(_SOURCE, False):
-            ui.label(_SOURCE.label)
-            width = ui.reset_x - ui.gap - imgui.get_cursor_pos_x()
+        if rows.begin_row(_SOURCE, False):
+            rows.label(_SOURCE.label)
+            width = rows.reset_x - rows.gap - imgui.get_cursor_pos_x()
             chosen = _SOURCE.choices[from_file]
-            widgets.choice(ui, _SOURCE.path, chosen, _SOURCE.choices, width, self._set_source)
-            ui.end_row()
+            widgets.choice(rows, _SOURCE.path, chosen, _SOURCE.choices, width, self._set_source)
+            rows.end_row()
         needed = {*_BY_PARTS, "file"}
         if from_file:
             self.table(path, droplets, only=("file",), needed=needed)
@@ -298,22 +299,22 @@ class Tables:
 
     def _list(self, row: Row, items: tuple[BaseModel, ...]) -> None:
         """Draw a list of tables, with what adds to it and takes out of it."""
-        ui = self._ui
+        rows = self._rows
         node = Node.of(row.node.items[0])
         kind_names = _kind_names(node)
         for number, item in enumerate(items):
             if len(items) > 1 and self._heading(row, number, len(items)):
                 rest = [plain_value(one) for k, one in enumerate(items) if k != number]
-                ui.told(row.path, self._proposals.change({row.path: rest}))
+                rows.drafts.answer(row.path, self._proposals.change({row.path: rest}))
             self.table(f"{row.path}.{number}", item, kinds=node.models)
         for place, kind in enumerate(kind_names or ("",)):
             if place:
                 imgui.same_line()
             if imgui.button(f"Add a {_WORDS.get(kind, kind)}##{row.path}"):
                 self._add(row, items, kind, node)
-            ui.note(f"{row.path}/add {kind}")
+            rows.note(f"{row.path}/add {kind}")
         before = value_at(self._proposals.origin, split_path(row.path))
-        if before is not None and len(before) != len(items) and ui.reset_button(row):
+        if before is not None and len(before) != len(items) and rows.reset_button(row):
             self.reset(row)
 
     def _add(self, row: Row, items: tuple[BaseModel, ...], kind: str, node: Node) -> None:
@@ -323,31 +324,31 @@ class Tables:
         else:
             new = kinds.fresh(node.kind(kind))
         every = [*(plain_value(one) for one in items), new]
-        self._ui.told(row.path, self._proposals.change({row.path: every}))
+        self._rows.drafts.answer(row.path, self._proposals.change({row.path: every}))
 
     def _heading(self, row: Row, number: int, count: int) -> bool:
         """Write which item's rows follow; give whether it shall go."""
-        ui = self._ui
+        rows = self._rows
         imgui.separator_text(f"{row.label} {number}" if count > 1 else row.label)  # as in keys
-        imgui.same_line(ui.reset_x - 3.5 * ui.row_height)
+        imgui.same_line(rows.reset_x - 3.5 * rows.row_height)
         gone = imgui.small_button(f"Remove##{row.path}{number}")
-        ui.note(f"{row.path}.{number}/remove")
+        rows.note(f"{row.path}.{number}/remove")
         return gone
 
     # --- what differs on the right ------------------------------------------------------------
 
     def overrides(self, right: dict[str, Any]) -> None:
         """Draw the keys that differ on the right of a split picture, to change or take out."""
-        ui = self._ui
+        rows = self._rows
         every = dict(flat(right))
         for key, value in every.items():
             imgui.align_text_to_frame_padding()
             imgui.text_disabled(f"{key} = {toml_text(plain(value))}")
-            imgui.same_line(ui.reset_x)
-            if imgui.button(f"x##{key}", (ui.row_height, ui.row_height)):
+            imgui.same_line(rows.reset_x)
+            if imgui.button(f"x##{key}", (rows.row_height, rows.row_height)):
                 rest = {k: v for k, v in every.items() if k != key}
-                ui.told(RIGHT, self._proposals.change({RIGHT: rest}))
-            ui.note(f"{RIGHT}/remove {key}")
+                rows.drafts.answer(RIGHT, self._proposals.change({RIGHT: rest}))
+            rows.note(f"{RIGHT}/remove {key}")
 
         def add(text: object, gesture: object) -> str:
             try:
@@ -357,8 +358,8 @@ class Tables:
             problem = kinds.problem_of_file(key, value)
             return problem or self._proposals.change({RIGHT: {**every, key: value}}, gesture)
 
-        width = ui.right_edge - ui.left
-        widgets.text(ui, RIGHT, "", width, add, hint="key = value of the right side")
+        width = rows.right_edge - rows.left
+        widgets.text(rows, RIGHT, "", width, add, hint="key = value of the right side")
 
 
 def droplets_density_keys() -> tuple[str, ...]:

@@ -14,8 +14,8 @@ from rtbow.view.document.edits import Edits
 from rtbow.view.document.proposals import RIGHT, Proposals
 from rtbow.view.document.state import OVERLAYS, Actions, ViewState
 from rtbow.view.panel import widgets
-from rtbow.view.panel.gallery import Gallery
-from rtbow.view.panel.keep import Keep
+from rtbow.view.panel.drafts import Drafts, Set
+from rtbow.view.panel.layout import Rows
 from rtbow.view.panel.rows import (
     Row,
     Slide,
@@ -23,10 +23,12 @@ from rtbow.view.panel.rows import (
     rows_of,
     shown_number,
 )
-from rtbow.view.panel.status import Status
-from rtbow.view.panel.sun import SunByDate
+from rtbow.view.panel.sections.gallery import Gallery
+from rtbow.view.panel.sections.keep import Keep
+from rtbow.view.panel.sections.status import Status
+from rtbow.view.panel.sections.sun import SunByDate
 from rtbow.view.panel.tables import Tables
-from rtbow.view.panel.ui import Set, Ui
+from rtbow.view.panel.tips import Tips
 from rtbow.view.picture.overlays import ORDERS
 from rtbow.view.window import look
 
@@ -82,15 +84,15 @@ class Panel:
         actions: what the window does.
 
     Attributes:
-        ui: what its widgets share.
+        rows: where its widgets stand.
         sun: a date, time and place for the sun.
     """
 
     def __init__(self, actions: Actions) -> None:
         self._actions = actions
         self._proposals = Proposals(actions)
-        self.ui = Ui(self._proposals)
-        self._tables = Tables(self.ui, self._proposals)
+        self.rows = Rows(Drafts(self._proposals.undo), Tips(self._proposals))
+        self._tables = Tables(self.rows, self._proposals)
         self._status = Status()
         self._gallery = Gallery(actions)
         self._keep = Keep(actions)
@@ -104,7 +106,7 @@ class Panel:
 
     def forget_refused(self) -> bool:
         """Drop what the scene refused and is still shown; give whether there was anything."""
-        return self.ui.forget_refused()
+        return self.rows.drafts.forget_refused()
 
     def draw(self, edits: Edits, state: ViewState) -> None:
         """Draw it into the window that is open; changes go to the actions.
@@ -120,47 +122,47 @@ class Panel:
             )  # fmt: skip
         if edits.scene is not self._scene:
             self._scene = edits.scene
-            self.ui.scene_changed()
+            self.rows.drafts.scene_changed()
         self._proposals.look(edits, state)
-        ui = self.ui
-        ui.begin()
-        self._status.draw(ui, state)
-        self._keep.draw_question(ui, edits, state)
+        rows = self.rows
+        rows.begin()
+        self._status.draw(rows, state)
+        self._keep.draw_question(rows, edits, state)
         self._history(edits)
         right = self._proposals.right
         if right:
             self._side_banner()
         if self._section("Scenes"):
-            self._gallery.draw(ui, edits, state)
+            self._gallery.draw(rows, edits, state)
         for title, keys in _sections(type(edits.scene)).items():
             if self._section(title, self._heading(title)):
                 self._scene_section(title, keys, edits, state)
         if self._section("Keep"):
-            self._keep.draw(ui, edits, state)
+            self._keep.draw(rows, edits, state)
         if right:
             imgui.pop_style_color(len(_RIGHT_COLOURS))
-        ui.end()
+        rows.end()
 
     # --- head ---------------------------------------------------------------------------------
 
     def _history(self, edits: Edits) -> None:
-        ui = self.ui
-        width = (ui.right_edge - ui.left - ui.gap) / 2
+        rows = self.rows
+        width = (rows.right_edge - rows.left - rows.gap) / 2
         for name, keys, can, do in (
             ("Undo", "Ctrl+Z", edits.can_undo, self._actions.undo),
             ("Redo", "Ctrl+Shift+Z", edits.can_redo, self._actions.redo),
         ):
             if name == "Redo":
-                imgui.same_line(0.0, ui.gap)
+                imgui.same_line(0.0, rows.gap)
             imgui.begin_disabled(not can)
             text = f"{name} ({keys})"
             room = width - 2.0 * imgui.get_style().frame_padding.x
             short = text if imgui.calc_text_size(text).x <= room else name
             if imgui.button(f"{short}###{name}", (width, 0.0)):
-                ui.forget()
+                rows.drafts.forget()
                 do()
             imgui.end_disabled()
-            ui.note(name)
+            rows.note(name)
 
     def _side_banner(self) -> None:
         for colour, value in _RIGHT_COLOURS.items():
@@ -172,7 +174,7 @@ class Panel:
     def _section(self, title: str, shown: str = "") -> bool:
         flags = imgui.TreeNodeFlags_.default_open if title in _OPEN else 0
         is_open = imgui.collapsing_header(f"{shown or title}###{title}", flags)
-        self.ui.note(f"section/{title}")
+        self.rows.note(f"section/{title}")
         return is_open
 
     def _heading(self, title: str) -> str:
@@ -203,14 +205,14 @@ class Panel:
         for number, light in enumerate(scene.light):
             if light.type == "sun":
                 at_deg = light.altitude_deg, light.azimuth_deg
-                self.sun.draw(self.ui, f"light.{number}", at_deg, self._proposals.change)
+                self.sun.draw(self.rows, f"light.{number}", at_deg, self._proposals.change)
                 return
 
     # --- the picture --------------------------------------------------------------------------
 
     def _view(self, state: ViewState) -> None:
         """Draw how the scene is shown, which is not in the scene."""
-        ui, first = self.ui, self._first
+        rows, first = self.rows, self._first
         assert first is not None
 
         def set_method(value: object, gesture: object) -> str:
@@ -218,9 +220,9 @@ class Panel:
             return ""
 
         differs = state.method != first.method
-        if ui.begin_row(_METHOD, differs):
-            ui.label(_METHOD.label)
-            widgets.choice(ui, _METHOD.path, state.method, METHODS, ui.value_width, set_method)
+        if rows.begin_row(_METHOD, differs):
+            rows.label(_METHOD.label)
+            widgets.choice(rows, _METHOD.path, state.method, METHODS, rows.value_width, set_method)
             if self._ends_with_reset(_METHOD, differs):
                 state.method = first.method
         self._exposure(state, first)
@@ -234,19 +236,19 @@ class Panel:
         self._number(_FPS, state.target_fps, first.target_fps, set_fps)
         for name, (key, what) in OVERLAYS.items():
             row = _overlay_row(name, key, what)
-            if not ui.begin_row(row, False):
+            if not rows.begin_row(row, False):
                 continue
             changed, on = imgui.checkbox(f"{row.label}##{row.path}", name in state.overlays)
-            ui.note(row.path)
+            rows.note(row.path)
             if changed:
                 (state.overlays.add if on else state.overlays.discard)(name)
-            ui.end_row()
+            rows.end_row()
             if name == "circles" and name in state.overlays:
                 self._circle_orders(state, first)
-        if ui.begin_row(_READOUT, False):
+        if rows.begin_row(_READOUT, False):
             state.readout_open = imgui.checkbox(_READOUT.label, state.readout_open)[1]
-            ui.note(_READOUT.path)
-            ui.end_row()
+            rows.note(_READOUT.path)
+            rows.end_row()
 
     def _circle_orders(self, state: ViewState, first: ViewState) -> None:
         def set_orders(value: object, gesture: object) -> str:
@@ -254,20 +256,20 @@ class Panel:
             return ""
 
         differs = state.circle_orders != first.circle_orders
-        if self.ui.begin_row(_ORDERS, differs):
-            self.ui.label(_ORDERS.label)
-            widgets.boxes(self.ui, _ORDERS, state.circle_orders, set_orders)
+        if self.rows.begin_row(_ORDERS, differs):
+            self.rows.label(_ORDERS.label)
+            widgets.boxes(self.rows, _ORDERS, state.circle_orders, set_orders)
             if self._ends_with_reset(_ORDERS, differs):
                 state.circle_orders = first.circle_orders
 
     def _ends_with_reset(self, row: Row, differs: bool) -> bool:
         """End a row; give whether its value shall be what the window was opened with."""
-        pressed = differs and self.ui.reset_button(row)
-        self.ui.end_row()
+        pressed = differs and self.rows.reset_button(row)
+        self.rows.end_row()
         return pressed
 
     def _exposure(self, state: ViewState, first: ViewState) -> None:
-        ui = self.ui
+        rows = self.rows
         frame_ev = state.frame.exposure_ev if state.frame is not None else 15.0
         automatic = state.exposure_ev is None
 
@@ -282,10 +284,10 @@ class Panel:
             return ""
 
         differs = automatic != (first.exposure_ev is None)
-        if ui.begin_row(_AUTO, differs):
-            ui.label(_AUTO.label)
+        if rows.begin_row(_AUTO, differs):
+            rows.label(_AUTO.label)
             text = f"now {shown_number(round(frame_ev, 1))} EV" if automatic else ""
-            widgets.flag(ui, _AUTO.path, automatic, set_auto, text)
+            widgets.flag(rows, _AUTO.path, automatic, set_auto, text)
             if self._ends_with_reset(_AUTO, differs):
                 state.exposure_ev = first.exposure_ev
         if state.exposure_ev is not None:
@@ -293,51 +295,51 @@ class Panel:
 
     def _number(self, row: Row, value: float, before: float | None, set_value: Set) -> None:
         """Draw a number that is not the scene's; ``before`` is None where there was none."""
-        ui = self.ui
+        rows = self.rows
         differs = before is not None and value != before
-        if ui.begin_row(row, differs):
-            ui.label(row.label)
+        if rows.begin_row(row, differs):
+            rows.label(row.label)
 
             def put_back(moved_from: float) -> None:
                 set_value(moved_from, None)
 
             widgets.number(
-                ui, row.path, value, ui.value_width, set_value, row.slide, unit=row.unit,
+                rows, row.path, value, rows.value_width, set_value, row.slide, unit=row.unit,
                 put_back=put_back,
             )  # fmt: skip
             if self._ends_with_reset(row, differs):
                 set_value(before, None)
 
     def _compare(self, edits: Edits, state: ViewState) -> None:
-        ui = self.ui
+        rows = self.rows
         compare = edits.scene.compare
-        if ui.begin_row(_SPLIT, False):
+        if rows.begin_row(_SPLIT, False):
             changed, on = imgui.checkbox(f"{_SPLIT.label}##split", compare is not None)
-            ui.note(_SPLIT.path)
+            rows.note(_SPLIT.path)
             if changed:
                 self._actions.split(on)
-            ui.end_row()
+            rows.end_row()
         if compare is None:
             return
-        if ui.begin_row(_SIDE, False):
-            ui.label(_SIDE.label)
+        if rows.begin_row(_SIDE, False):
+            rows.label(_SIDE.label)
             for side in ("left", "right"):
                 if imgui.radio_button(f"{side}##side", state.side == side):
                     state.side = "left" if side == "left" else "right"
-                ui.note(f"{_SIDE.path}/{side}")
+                rows.note(f"{_SIDE.path}/{side}")
                 imgui.same_line()
             imgui.new_line()
-            ui.end_row()
+            rows.end_row()
         origin = edits.opened.scene.compare
         for row in rows_of("compare", type(compare)):
             value = getattr(compare, row.name)
             before = value if origin is None else getattr(origin, row.name)
             if f"compare.{row.name}" == RIGHT:
-                if ui.begin_row(row, False):
-                    ui.label(row.label)
+                if rows.begin_row(row, False):
+                    rows.label(row.label)
                     imgui.text_disabled("differs in" if value else "is as the left")
                     self._tables.overrides(value)
-                    ui.end_row()
+                    rows.end_row()
             else:
                 self._tables.row(row, value, before)
 

@@ -12,8 +12,9 @@ from imgui_bundle import imgui
 
 from rtbow.scene.text.overrides import plain
 from rtbow.scene.text.schema import toml_text
-from rtbow.view.panel.rows import Row, Slide, shown_number
-from rtbow.view.panel.ui import Set, Ui, value_text
+from rtbow.view.panel.drafts import Set
+from rtbow.view.panel.layout import Rows
+from rtbow.view.panel.rows import Row, Slide, shown_number, shown_unit
 from rtbow.view.window import look
 
 _TURN = 0.005
@@ -43,7 +44,7 @@ def read_toml(text: str) -> object:
 
 
 def number(
-    ui: Ui,
+    rows: Rows,
     path: str,
     value: float,
     width: float,
@@ -59,7 +60,7 @@ def number(
     """Draw a slider; with a double click or Ctrl+click, the number is typed instead.
 
     Args:
-        ui: of the frame.
+        rows: of the frame.
         path: of the number.
         value: as it is.
         width: of the slider.
@@ -72,25 +73,25 @@ def number(
         put_back: makes the value what it was before a click; left out: the scene's last change is
             undone.
     """
-    draft = ui.draft(path, value)
-    if draft is None and ui.starts_typing(width):
-        before = ui.moved_from(path, value)
+    draft = rows.drafts.text(path, value)
+    if draft is None and rows.drafts.starts_typing(width):
+        before = rows.drafts.value_before(path, value)
         assert isinstance(before, int | float)
         if before != value and put_back is None:
-            ui.values.undo()
+            rows.drafts.undo()
         elif before != value and put_back is not None:
             put_back(before)
-        ui.type(path, before, write(before))
-        draft = ui.drafts[path]
+        draft = rows.drafts.type(path, before, write(before))
     if draft is not None:
-        ui.type_in(path, draft, width, read, set_value)
+        rows.drafts.draw(path, draft, width, read, set_value)
+        rows.note(path)
         return
-    wrong = path in ui.refusals
+    wrong = path in rows.drafts.refusals
     if wrong:
         imgui.push_style_color(imgui.Col_.frame_bg, look.ERROR_FRAME)
         imgui.push_style_color(imgui.Col_.frame_bg_active, look.ERROR_FRAME)
     imgui.set_next_item_width(width)
-    text = value_text(show(value), unit)
+    text = (show(value) + shown_unit(unit)).replace("%", "%%")  # it is a format
     flags = imgui.SliderFlags_.no_input
     if slide is None:
         changed, moved = imgui.drag_float(f"##{path}", 0.0, 1.0, 0.0, 0.0, text, flags)
@@ -98,15 +99,15 @@ def number(
     else:
         changed, share = imgui.slider_float(f"##{path}", slide.share(value), 0.0, 1.0, text, flags)
         new = slide.value(share) if changed else value
-    ui.note(path)
+    rows.note(path)
     if wrong:
         imgui.pop_style_color(2)
     if changed and new != value:
-        ui.drag(path, value, new, set_value)
+        rows.drafts.drag(path, value, new, set_value)
 
 
 def vector(
-    ui: Ui,
+    rows: Rows,
     path: str,
     values: Sequence[float],
     row: Row,
@@ -116,7 +117,7 @@ def vector(
     """Draw a slider for each component, side by side over the panel's width.
 
     Args:
-        ui: of the frame.
+        rows: of the frame.
         path: of the vector.
         values: its components.
         row: their names, unit and range.
@@ -124,33 +125,33 @@ def vector(
         lead: a short word in front of them.
     """
     count = len(values)
-    left = ui.left
+    left = rows.left
     if lead:
-        left += 2.0 * ui.row_height
+        left += 2.0 * rows.row_height
         imgui.align_text_to_frame_padding()
         imgui.text_disabled(lead)
         imgui.same_line(left)
-    width = (ui.reset_x - ui.gap - left - (count - 1) * ui.gap) / count
+    width = (rows.reset_x - rows.gap - left - (count - 1) * rows.gap) / count
     for index, (name, value) in enumerate(zip(row.names, values, strict=False)):
         if index:
-            imgui.same_line(0.0, ui.gap)
+            imgui.same_line(0.0, rows.gap)
 
         def show(number: float, name: str = name) -> str:
             return f"{name} {shown_number(number)}"
 
-        number(ui, f"{path}.{index}", value, width, set_item(index), row.slide, show=show)
+        number(rows, f"{path}.{index}", value, width, set_item(index), row.slide, show=show)
 
 
-def flag(ui: Ui, path: str, value: bool, set_value: Set, text: str = "") -> None:
+def flag(rows: Rows, path: str, value: bool, set_value: Set, text: str = "") -> None:
     """Draw a box that is on or off, with text beside it."""
     changed, new = imgui.checkbox(f"{text}##{path}", value)
-    ui.note(path)
+    rows.note(path)
     if changed:
-        ui.choose(path, new, set_value)
+        rows.drafts.choose(path, new, set_value)
 
 
 def choice(
-    ui: Ui,
+    rows: Rows,
     path: str,
     value: object,
     choices: Sequence[object],
@@ -158,38 +159,38 @@ def choice(
     set_value: Set,
 ) -> None:
     """Draw a list to choose from."""
-    wrong = path in ui.refusals
+    wrong = path in rows.drafts.refusals
     if wrong:
         imgui.push_style_color(imgui.Col_.frame_bg, look.ERROR_FRAME)
     imgui.set_next_item_width(width)
     is_open = imgui.begin_combo(f"##{path}", str(value))
-    ui.note(path)
+    rows.note(path)
     if wrong:
         imgui.pop_style_color()
     if not is_open:
         return
     for one in choices:
         if imgui.selectable(str(one), one == value)[0] and one != value:
-            ui.choose(path, one, set_value)
-        ui.note(f"{path}={one}")
+            rows.drafts.choose(path, one, set_value)
+        rows.note(f"{path}={one}")
     imgui.end_combo()
 
 
-def boxes(ui: Ui, row: Row, values: Sequence[int], set_value: Set) -> None:
+def boxes(rows: Rows, row: Row, values: Sequence[int], set_value: Set) -> None:
     """Draw a box for each item that a list may have, one below the other."""
     for index, name in enumerate(row.names):
         item = int(name.split()[0])
         if index:
-            imgui.set_cursor_pos_x(ui.value_x)
+            imgui.set_cursor_pos_x(rows.value_x)
         changed, on = imgui.checkbox(f"{name}##{row.path}", item in values)
-        ui.note(row.inside(item))
+        rows.note(row.inside(item))
         if changed:
             new = sorted({*values, item} if on else {*values} - {item})
-            ui.choose(row.path, new, set_value)
+            rows.drafts.choose(row.path, new, set_value)
 
 
 def text(
-    ui: Ui,
+    rows: Rows,
     path: str,
     value: str,
     width: float,
@@ -199,45 +200,47 @@ def text(
     hint: str = "",
 ) -> None:
     """Draw a field of text; of one that is too long, the end is seen."""
-    draft = ui.draft(path, value)
+    draft = rows.drafts.text(path, value)
     if draft is not None:
         flags = imgui.InputTextFlags_.elide_left
-        ui.type_in(path, draft, width, read, set_value, hint=hint, flags=flags)
+        rows.drafts.draw(path, draft, width, read, set_value, hint=hint, flags=flags)
+        rows.note(path)
         return
     imgui.set_next_item_width(width)
     flags = imgui.InputTextFlags_.elide_left | imgui.InputTextFlags_.read_only
     imgui.input_text_with_hint(f"##{path}", hint, value, flags)
-    ui.note(path)
+    rows.note(path)
     if imgui.is_item_activated():
-        ui.type(path, value, value)
+        rows.drafts.type(path, value, value)
 
 
-def spectrum(ui: Ui, row: Row, value: str, width: float, set_value: Set) -> None:
+def spectrum(rows: Rows, row: Row, value: str, width: float, set_value: Set) -> None:
     """Draw a list of all spectra by groups, with a field for a file of one's own."""
     path = row.path
-    draft = ui.draft(path, value)
+    draft = rows.drafts.text(path, value)
     if draft is not None:
         hint = "path to a CSV file"
-        ui.type_in(path, draft, width, str, set_value, hint=hint)
+        rows.drafts.draw(path, draft, width, str, set_value, hint=hint)
+        rows.note(path)
         return
     imgui.set_next_item_width(width)
     own = value.lower().endswith(_CSV)
     flags = imgui.ComboFlags_.height_large
     is_open = imgui.begin_combo(f"##{path}", Path(value).name if own else value, flags)
-    ui.note(path)
+    rows.note(path)
     if not is_open:
         return
     if imgui.selectable("a CSV file of your own …", own)[0]:
-        ui.type(path, value, value if own else "")
-    ui.note(f"{path}=file")
+        rows.drafts.type(path, value, value if own else "")
+    rows.note(f"{path}=file")
     for group, names in spectrum_groups():
         imgui.separator_text(group)
         for name in names:
             if imgui.selectable(name, name == value)[0] and name != value:
-                ui.choose(path, name, set_value)
+                rows.drafts.choose(path, name, set_value)
             if name == value and imgui.is_window_appearing():
                 imgui.set_scroll_here_y()
-            ui.note(f"{path}={name}")
+            rows.note(f"{path}={name}")
     imgui.end_combo()
 
 
@@ -268,6 +271,6 @@ def _natural(name: str) -> list[tuple[int, str]]:
     return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]
 
 
-def toml(ui: Ui, path: str, value: object, width: float, set_value: Set) -> None:
+def toml(rows: Rows, path: str, value: object, width: float, set_value: Set) -> None:
     """Draw a field for a value of any other kind, as TOML."""
-    text(ui, path, toml_text(plain(value)), width, set_value, read=read_toml)
+    text(rows, path, toml_text(plain(value)), width, set_value, read=read_toml)

@@ -62,7 +62,7 @@ def test_chosen_distributions_come_and_go(uniform):
         uniform.click("droplets.radius.distribution")
         uniform.click(f"droplets.radius.distribution={kind}")
         assert uniform.edits.scene.droplets.radius.distribution == kind
-        assert not uniform.panel.ui.refusals
+        assert not uniform.panel.rows.drafts.refusals
         uniform.click("droplets.radius.distribution/reset")
         assert uniform.edits.scene == first
 
@@ -175,7 +175,7 @@ def test_a_spectrum_of_ones_own(uniform, tmp_path):
     path = tmp_path / "own.csv"
     path.write_text("wavelength_nm,value\n380,1\n780,2\n")
     for text in (str(tmp_path / "none.csv"), str(path)):
-        if uniform.panel.ui.drafts:
+        if uniform.panel.rows.drafts.texts:
             uniform.key(KEY.escape)
         uniform.click("light.0.spectrum")
         uniform.click("light.0.spectrum=file")
@@ -185,7 +185,7 @@ def test_a_spectrum_of_ones_own(uniform, tmp_path):
             assert uniform.edits.scene.light[0].spectrum == text
         else:
             assert uniform.edits.scene.light[0].spectrum == "E490"
-            assert "file not found" in uniform.panel.ui.drafts["light.0.spectrum"].message
+            assert "file not found" in uniform.panel.rows.drafts.texts["light.0.spectrum"].message
 
 
 def test_a_volume_file_that_is_not_there_is_refused(egl, tmp_path, monkeypatch):
@@ -202,7 +202,7 @@ def test_a_volume_file_that_is_not_there_is_refused(egl, tmp_path, monkeypatch):
             stage.click("droplets.file")
             stage.type(text)
             stage.key(KEY.enter)
-            assert told in stage.panel.ui.drafts["droplets.file"].message
+            assert told in stage.panel.rows.drafts.texts["droplets.file"].message
             assert is_red(stage, "droplets.file")
             assert stage.edits.scene is before
             stage.key(KEY.escape)
@@ -220,7 +220,7 @@ def test_a_file_of_the_right_side_that_is_not_there_is_refused(egl):
             stage.click("compare.right")
             stage.type(text)
             stage.key(KEY.enter)
-            assert "not found" in stage.panel.ui.drafts["compare.right"].message
+            assert "not found" in stage.panel.rows.drafts.texts["compare.right"].message
             assert stage.edits.scene.compare.right == {}
             stage.key(KEY.escape)
             stage.frames(2)
@@ -278,7 +278,7 @@ def test_the_right_side_is_shown_without_any_width(egl):
         stage.state.side = "right"
         stage.frames(2)
         stage.double_click("camera.fov_deg")
-        assert stage.panel.ui.drafts["camera.fov_deg"].text == "30.0"
+        assert stage.panel.rows.drafts.texts["camera.fov_deg"].text == "30.0"
 
 
 def test_what_differs_on_the_right_is_listed_added_and_taken_out(egl):

@@ -15,9 +15,9 @@ from rtbow.scene.text.file import builtin_scenes, scene_from_text, scene_title
 from rtbow.scene.text.values import changed_scene, scene_text
 from rtbow.view.document.messages import FrameDrawn
 from rtbow.view.document.state import OVERLAYS, Notice, ViewState
-from rtbow.view.panel.gallery import thumbnail_path
 from rtbow.view.panel.rows import Slide, label_of, shown_number
-from rtbow.view.panel.status import error_text
+from rtbow.view.panel.sections.gallery import thumbnail_path
+from rtbow.view.panel.sections.status import error_text
 
 # --- All of the scene -----------------------------------------------------------------------------
 
@@ -160,7 +160,7 @@ def test_how_the_picture_is_shown_goes_back_to_what_the_window_was_opened_with(e
             assert is_red(stage, "view.exposure_ev")
             stage.click("view.exposure_ev/reset")
             assert state.exposure_ev == ev
-            assert not stage.panel.ui.drafts
+            assert not stage.panel.rows.drafts.texts
 
 
 def test_the_help_of_the_panels_own_values_holds_their_options(uniform):
@@ -206,10 +206,10 @@ def test_built_in_scenes_open_with_a_click_on_their_picture(egl):
 def test_a_scenes_title_is_read_once(egl, monkeypatch):
     read: list[Any] = []
     monkeypatch.setattr(
-        "rtbow.view.panel.gallery.scene_title", lambda path: read.append(path) or "a title"
+        "rtbow.view.panel.sections.gallery.scene_title", lambda path: read.append(path) or "a title"
     )
     with staged(egl, "uniform") as stage:
-        monkeypatch.setattr("rtbow.view.panel.gallery.builtin_scenes", lambda: 1 / 0)
+        monkeypatch.setattr("rtbow.view.panel.sections.gallery.builtin_scenes", lambda: 1 / 0)
         stage.click("section/Scenes")
         for _ in range(3):
             for name in ("fogbow", "shower"):

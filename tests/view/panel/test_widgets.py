@@ -96,7 +96,7 @@ def test_every_number_can_be_typed(egl, name):
                 continue
             stage.enter(path, text)
             assert value(stage, path) == pytest.approx(float(text)), path
-        assert not stage.panel.ui.drafts
+        assert not stage.panel.rows.drafts.texts
 
 
 def test_a_slider_gives_numbers_of_few_digits(uniform):
@@ -135,7 +135,7 @@ def test_a_double_click_leaves_no_trace_of_its_first_click(uniform):
     uniform.key(KEY.escape)
     assert uniform.edits.scene == before
     assert not uniform.edits.can_undo
-    assert not uniform.panel.ui.drafts
+    assert not uniform.panel.rows.drafts.texts
 
 
 def test_a_double_click_takes_back_no_earlier_drag(uniform):
@@ -196,12 +196,12 @@ def test_refused_text_stays_in_red_with_its_message_and_out_of_the_scene(uniform
     uniform.click("section/Keep", 0.9)
     uniform.frames(10)
     assert uniform.edits.scene is before
-    draft = uniform.panel.ui.drafts[path]
+    draft = uniform.panel.rows.drafts.texts[path]
     assert draft.text == text
     assert told in draft.message
     assert is_red(uniform, path)
     uniform.key(KEY.escape)
-    assert not uniform.panel.ui.drafts
+    assert not uniform.panel.rows.drafts.texts
     assert not is_red(uniform, path)
 
 
@@ -210,7 +210,7 @@ def test_a_refused_text_can_be_made_right(uniform):
     uniform.type("9")  # Enter has kept the keyboard, with all selected
     uniform.key(KEY.enter)
     assert value(uniform, "light.0.altitude_deg") == 9.0
-    assert not uniform.panel.ui.drafts
+    assert not uniform.panel.rows.drafts.texts
 
 
 def test_reset_clears_what_was_refused(uniform):
@@ -218,7 +218,7 @@ def test_reset_clears_what_was_refused(uniform):
     uniform.enter("camera.fov_deg", "500")
     assert is_red(uniform, "camera.fov_deg")
     uniform.click("camera.fov_deg/reset")
-    assert not uniform.panel.ui.drafts
+    assert not uniform.panel.rows.drafts.texts
     assert value(uniform, "camera.fov_deg") == uniform.edits.opened.scene.camera.fov_deg
 
 
@@ -250,7 +250,7 @@ def test_a_drag_steps_over_what_is_refused(uniform):
     step = value(uniform, "render.wavelength_step_nm")
     assert step < 5.0
     assert 400.0 / step == pytest.approx(round(400.0 / step))
-    assert not uniform.panel.ui.refusals
+    assert not uniform.panel.rows.drafts.refusals
 
 
 def test_a_refused_drag_is_red_while_it_lasts(egl):
@@ -267,10 +267,10 @@ def test_a_refused_drag_is_red_while_it_lasts(egl):
         stage.frames(2)
         assert value(stage, path) < 200.0
         assert is_red(stage, path)
-        assert "must be greater than min_um" in stage.panel.ui.refusals[path].message
+        assert "must be greater than min_um" in stage.panel.rows.drafts.refusals[path].message
         stage.button(False)
         stage.frames(3)
-        assert not stage.panel.ui.refusals
+        assert not stage.panel.rows.drafts.refusals
         assert not is_red(stage, path)
 
 
@@ -278,14 +278,14 @@ def test_a_refused_click_is_told(uniform):
     uniform.click("scattering.orders.1", 0.05)
     uniform.click("scattering.orders.2", 0.05)
     assert uniform.edits.scene.scattering.orders == (2,)
-    assert uniform.panel.ui.refusals["scattering.orders"].message
+    assert uniform.panel.rows.drafts.refusals["scattering.orders"].message
     uniform.click("scattering.orders.1", 0.05)
-    assert not uniform.panel.ui.refusals
+    assert not uniform.panel.rows.drafts.refusals
     uniform.click("scattering.orders.1", 0.05)
     uniform.click("scattering.orders.2", 0.05)
-    assert uniform.panel.ui.refusals
+    assert uniform.panel.rows.drafts.refusals
     uniform.drag("camera.fov_deg", 0.3, 0.6)
-    assert not uniform.panel.ui.refusals
+    assert not uniform.panel.rows.drafts.refusals
 
 
 # --- Reset, copy ----------------------------------------------------------------------------------
@@ -322,6 +322,6 @@ def test_the_copied_option_of_every_value_is_understood(egl):
         with staged(egl, name) as stage:
             stage.frames()
             for row in shown_rows(stage.edits.scene):
-                words = shlex.split(stage.panel.ui.values.set_text(row.path))
+                words = shlex.split(stage.panel.rows.tips.help_of(row, False)[-1][0])
                 key, new = parse_set(words[1])
                 assert changed_scene(stage.edits.scene, {key: new}) == stage.edits.scene

@@ -12,8 +12,8 @@ from rtbow.base.resources import resource_dir
 from rtbow.scene.text.file import builtin_scenes, scene_title
 from rtbow.view.document.edits import Edits
 from rtbow.view.document.state import Actions, ViewState
+from rtbow.view.panel.layout import Rows
 from rtbow.view.panel.rows import Row, own_row
-from rtbow.view.panel.ui import Ui
 from rtbow.view.panel.widgets import text
 from rtbow.view.window import look
 
@@ -40,60 +40,60 @@ class Gallery:
         self._titles: dict[str, str] = {}
         self._groups = _groups(self._files)
 
-    def draw(self, ui: Ui, edits: Edits, state: ViewState) -> None:
+    def draw(self, rows: Rows, edits: Edits, state: ViewState) -> None:
         """Draw the list and the field.
 
         Args:
-            ui: of the frame.
+            rows: of the frame.
             edits: which scene is open.
             state: the files opened last.
         """
         self._budget = _LOADED_AT_ONCE
         for group, names in self._groups.items():
             if not group:
-                self._grid(ui, names, edits.opened.name or "default")
+                self._grid(rows, names, edits.opened.name or "default")
             elif imgui.tree_node(f"{group} ({len(names)})"):
-                ui.note(f"group/{group}")
-                self._grid(ui, names, edits.opened.name or "default")
+                rows.note(f"group/{group}")
+                self._grid(rows, names, edits.opened.name or "default")
                 imgui.tree_pop()
             else:
-                ui.note(f"group/{group}")
-        width = ui.right_edge - ui.left
+                rows.note(f"group/{group}")
+        width = rows.right_edge - rows.left
         row = own_row("open", "open a file", "a scene file of your own, .toml")
-        if ui.begin_row(row, False):
-            text(ui, row.path, "", width, self._open, hint="open a scene file: path.toml")
-            ui.end_row()
+        if rows.begin_row(row, False):
+            text(rows, row.path, "", width, self._open, hint="open a scene file: path.toml")
+            rows.end_row()
         for path in state.recent:
-            if imgui.selectable(ui.cut(path, start=True), path == edits.opened.name)[0]:
+            if imgui.selectable(rows.cut(path, start=True), path == edits.opened.name)[0]:
                 self._actions.open_scene(path)
 
     def _open(self, value: object, gesture: object) -> str:
         self._actions.open_scene(str(value).strip())
         return ""
 
-    def _grid(self, ui: Ui, names: list[str], chosen: str) -> None:
+    def _grid(self, rows: Rows, names: list[str], chosen: str) -> None:
         left = imgui.get_cursor_pos_x()
-        width = (ui.right_edge - left - (_COLUMNS - 1) * ui.gap) / _COLUMNS
+        width = (rows.right_edge - left - (_COLUMNS - 1) * rows.gap) / _COLUMNS
         for first in range(0, len(names), _COLUMNS):
             row_names = names[first : first + _COLUMNS]
             key = row_names[0]
             row = self._rows.setdefault(key, own_row(f"scenes.{key}", "", ""))
-            if not ui.begin_row(row, False):
+            if not rows.begin_row(row, False):
                 continue
             for column, name in enumerate(row_names):
                 if column:
-                    imgui.same_line(left + column * (width + ui.gap))
-                self._tile(ui, name, width, chosen=name == chosen)
-            ui.end_row()
+                    imgui.same_line(left + column * (width + rows.gap))
+                self._tile(rows, name, width, chosen=name == chosen)
+            rows.end_row()
 
-    def _tile(self, ui: Ui, name: str, width: float, *, chosen: bool) -> None:
+    def _tile(self, rows: Rows, name: str, width: float, *, chosen: bool) -> None:
         """Draw one scene: its picture, and its name below."""
         size = (width, width * _SHAPE)
         imgui.begin_group()
         corner = imgui.get_cursor_screen_pos()
         pressed = imgui.invisible_button(f"##{name}", (width, size[1] + imgui.get_font_size()))
         hovered = imgui.is_item_hovered()
-        ui.note(f"scenes/{name}")
+        rows.note(f"scenes/{name}")
         lines = imgui.get_window_draw_list()
         end = (corner.x + size[0], corner.y + size[1])
         picture = self._picture(name)

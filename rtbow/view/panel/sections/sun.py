@@ -11,13 +11,13 @@ from imgui_bundle import imgui
 
 from rtbow.base.errors import InputError
 from rtbow.view.panel import widgets
+from rtbow.view.panel.layout import Rows
 from rtbow.view.panel.rows import (
     Row,
     Slide,
     own_row,
     shown_number,
 )
-from rtbow.view.panel.ui import Ui
 
 Direction = tuple[float, float]
 """Altitude and azimuth in degrees."""
@@ -118,7 +118,7 @@ class SunByDate:
 
     def draw(
         self,
-        ui: Ui,
+        rows: Rows,
         light: str,
         at_deg: Direction,
         change: Callable[[dict[str, object], object], str],
@@ -126,7 +126,7 @@ class SunByDate:
         """Draw the box that shows it, and its sliders.
 
         Args:
-            ui: of the frame.
+            rows: of the frame.
             light: path of the sun.
             at_deg: its altitude and azimuth.
             change: takes changes of the scene and their gesture.
@@ -151,16 +151,16 @@ class SunByDate:
                 self._led_to.pop(at_deg, None)
             return apply(gesture) if self.on else ""
 
-        if ui.begin_row(_USE, False):
-            ui.label(_USE.label)
-            widgets.flag(ui, _USE.path, self.on, use)
-            ui.end_row()
+        if rows.begin_row(_USE, False):
+            rows.label(_USE.label)
+            widgets.flag(rows, _USE.path, self.on, use)
+            rows.end_row()
         if not self.on:
             return
-        self._sliders(ui, apply)
+        self._sliders(rows, apply)
         imgui.text_disabled(_hours(self.latitude_deg, self.longitude_deg, self.day, self.offset_h))
 
-    def _sliders(self, ui: Ui, apply: Callable[[object], str]) -> None:
+    def _sliders(self, rows: Rows, apply: Callable[[object], str]) -> None:
         def take(name: str, value: object, gesture: object) -> str:
             before, kind = getattr(self, name), _KINDS[name]
             if kind is float and isinstance(value, int) and not isinstance(value, bool):
@@ -186,15 +186,15 @@ class SunByDate:
 
             def put_back(before: float) -> None:
                 setattr(self, name, stored(before))
-                ui.values.undo()
+                rows.drafts.undo()
 
-            if ui.begin_row(row, False):
-                ui.label(row.label)
+            if rows.begin_row(row, False):
+                rows.label(row.label)
                 widgets.number(
-                    ui, row.path, value, ui.value_width, set_value, row.slide, unit=row.unit,
+                    rows, row.path, value, rows.value_width, set_value, row.slide, unit=row.unit,
                     show=text or shown_number, write=text or repr, read=read, put_back=put_back,
                 )  # fmt: skip
-                ui.end_row()
+                rows.end_row()
 
         def to_day(value: object) -> object:
             """Make a date of the day's number in the year."""

@@ -12,8 +12,8 @@ from rtbow.view.document.edits import Edits
 from rtbow.view.document.names import free_name
 from rtbow.view.document.state import Actions, ViewState
 from rtbow.view.panel import widgets
+from rtbow.view.panel.layout import Rows
 from rtbow.view.panel.rows import Row, own_row
-from rtbow.view.panel.ui import Ui
 from rtbow.view.window import look
 
 _FRAME = own_row(
@@ -42,7 +42,7 @@ class Keep:
         self._free: dict[tuple[str, ...], tuple[float, str]] = {}
         self._suffixes = dict.fromkeys(FRAME_SUFFIXES, True)
 
-    def draw(self, ui: Ui, edits: Edits, state: ViewState) -> None:
+    def draw(self, rows: Rows, edits: Edits, state: ViewState) -> None:
         """Draw the fields and buttons."""
         if edits.opened.name != self._scene:
             self._scene = edits.opened.name
@@ -50,32 +50,32 @@ class Keep:
             state.replacing = ()
         stem = Path(self._scene or "default").stem
         file = edits.opened.file
-        self._draw_frame(ui, state, stem)
+        self._draw_frame(rows, state, stem)
         free = f"{self._free_name(stem, ('.toml',))}.toml"
-        name = self._field(ui, state, _SCENE, str(file) if file else free)
-        imgui.set_cursor_pos_x(ui.value_x)
-        if imgui.button("Save scene", imgui.ImVec2(ui.value_width, 0.0)):
+        name = self._field(rows, state, _SCENE, str(file) if file else free)
+        imgui.set_cursor_pos_x(rows.value_x)
+        if imgui.button("Save scene", imgui.ImVec2(rows.value_width, 0.0)):
             path = name if name.lower().endswith(".toml") else f"{name}.toml"
             if edits.replaces(Path(path)):
                 state.replacing = (path,)
             else:
                 self._actions.save_scene(path)
-        ui.note("keep/save scene")
-        if imgui.button("Copy command", imgui.ImVec2(ui.right_edge - ui.left, 0.0)):
+        rows.note("keep/save scene")
+        if imgui.button("Copy command", imgui.ImVec2(rows.right_edge - rows.left, 0.0)):
             self._actions.copy_command()
-        ui.note("keep/copy command")
+        rows.note("keep/copy command")
         imgui.set_item_tooltip("The command line that makes this picture again (Ctrl+C)")
 
-    def _draw_frame(self, ui: Ui, state: ViewState, stem: str) -> None:
-        name = self._field(ui, state, _FRAME, self._free_name(stem, FRAME_SUFFIXES))
+    def _draw_frame(self, rows: Rows, state: ViewState, stem: str) -> None:
+        name = self._field(rows, state, _FRAME, self._free_name(stem, FRAME_SUFFIXES))
         for suffix, on in self._suffixes.items():
             self._suffixes[suffix] = imgui.checkbox(f"{suffix}##keep", on)[1]
-            ui.note(f"keep/{suffix}")
+            rows.note(f"keep/{suffix}")
             imgui.same_line()
-        imgui.set_cursor_pos_x(ui.value_x)
+        imgui.set_cursor_pos_x(rows.value_x)
         chosen = tuple(suffix for suffix, on in self._suffixes.items() if on)
         imgui.begin_disabled(not chosen)
-        if imgui.button("Save frame", imgui.ImVec2(ui.value_width, 0.0)):
+        if imgui.button("Save frame", imgui.ImVec2(rows.value_width, 0.0)):
             base = name[:-4] if name.lower().endswith(FRAME_SUFFIXES) else name
             paths = tuple(f"{base}{suffix}" for suffix in chosen)
             if any(map(os.path.lexists, paths)):
@@ -84,9 +84,9 @@ class Keep:
                 self._actions.save_frame(paths)
                 self._free.clear()  # its name is taken now
         imgui.end_disabled()
-        ui.note("keep/save frame")
+        rows.note("keep/save frame")
 
-    def draw_question(self, ui: Ui, edits: Edits, state: ViewState) -> None:
+    def draw_question(self, rows: Rows, edits: Edits, state: ViewState) -> None:
         """Ask whether a file shall be replaced, if that is the question."""
         paths = state.replacing
         if not paths:
@@ -94,8 +94,8 @@ class Keep:
         scene = paths[0].lower().endswith(".toml")
         there = ", ".join(path for path in paths if os.path.lexists(path))
         question = edits.question(Path(paths[0])) if scene else f"{there}: there already"
-        ui.wrapped(f"{question}.", look.WARNING)
-        width = (ui.right_edge - ui.left - ui.gap) / 2
+        rows.wrapped(f"{question}.", look.WARNING)
+        width = (rows.right_edge - rows.left - rows.gap) / 2
         for name in ("Replace it", "Leave it"):
             if imgui.button(name, imgui.ImVec2(width, 0.0)):
                 state.replacing = ()
@@ -103,11 +103,11 @@ class Keep:
                     self._actions.save_scene(paths[0], replace=True)
                 elif name == "Replace it":
                     self._actions.save_frame(paths)
-            ui.note(f"keep/{name.lower()}")
-            imgui.same_line(0.0, ui.gap)
+            rows.note(f"keep/{name.lower()}")
+            imgui.same_line(0.0, rows.gap)
         imgui.new_line()
 
-    def _field(self, ui: Ui, state: ViewState, row: Row, default: str) -> str:
+    def _field(self, rows: Rows, state: ViewState, row: Row, default: str) -> str:
         """Draw a field for a name; give the name."""
 
         def take(value: object, gesture: object) -> str:
@@ -116,10 +116,10 @@ class Keep:
             return ""
 
         name = self._typed.get(row.path, default)
-        if ui.begin_row(row, False):
-            ui.label(row.label)
-            widgets.text(ui, row.path, name, ui.value_width, take)
-            ui.end_row()
+        if rows.begin_row(row, False):
+            rows.label(row.label)
+            widgets.text(rows, row.path, name, rows.value_width, take)
+            rows.end_row()
         return name
 
     def _free_name(self, stem: str, suffixes: tuple[str, ...]) -> str:

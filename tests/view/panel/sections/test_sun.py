@@ -102,7 +102,7 @@ def test_a_wrong_date_or_place_is_refused(uniform, path, text):
     uniform.click("by date.use", 0.1)
     before = uniform.edits.scene
     uniform.enter(path, text)
-    assert uniform.panel.ui.drafts[path].message
+    assert uniform.panel.rows.drafts.texts[path].message
     assert uniform.edits.scene is before
     assert is_red(uniform, path)
 

@@ -8,7 +8,7 @@ from collections import deque
 from imgui_bundle import imgui
 
 from rtbow.view.document.state import ViewState
-from rtbow.view.panel.ui import Ui
+from rtbow.view.panel.layout import Rows
 from rtbow.view.window import look
 
 _WINDOW_S = 1.0
@@ -24,31 +24,31 @@ class Status:
     def __init__(self) -> None:
         self._frames: deque[tuple[float, int]] = deque()
 
-    def draw(self, ui: Ui, state: ViewState) -> None:
+    def draw(self, rows: Rows, state: ViewState) -> None:
         """Draw it.
 
         Args:
-            ui: of the frame.
+            rows: of the frame.
             state: of the window.
         """
-        self._numbers(ui, state)
+        self._numbers(rows, state)
         if not self._work(state):
-            self._error(ui, state)
+            self._error(rows, state)
         frame = state.frame
         if frame is not None and state.method == "auto" and frame.unsuited:
-            ui.wrapped(f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
+            rows.wrapped(f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
         if state.stale:
-            ui.wrapped(f"The last good picture: {state.stale}", look.WARNING)
+            rows.wrapped(f"The last good picture: {state.stale}", look.WARNING)
         for number, notice in enumerate(list(state.notices)):
             if notice.severity != "error":
                 continue  # for a while over the picture, where it moves nothing
-            if imgui.button(f"x##notice {number}", (ui.row_height, ui.row_height)):
+            if imgui.button(f"x##notice {number}", (rows.row_height, rows.row_height)):
                 state.notices.remove(notice)
-            ui.note(f"notice/{number}/close")
+            rows.note(f"notice/{number}/close")
             imgui.same_line()
-            ui.wrapped(notice.text, look.ERROR)
+            rows.wrapped(notice.text, look.ERROR)
 
-    def _numbers(self, ui: Ui, state: ViewState) -> None:
+    def _numbers(self, rows: Rows, state: ViewState) -> None:
         frame = state.frame
         if frame is None:
             imgui.text_disabled("no picture yet")
@@ -64,7 +64,7 @@ class Status:
         parts.append(f"scale {100 * state.scale:.0f} %")
         imgui.text(" · ".join(parts))
 
-    def _error(self, ui: Ui, state: ViewState) -> None:
+    def _error(self, rows: Rows, state: ViewState) -> None:
         """Draw the line of the error and the device."""
         if state.frame is None:
             imgui.text("")
@@ -74,10 +74,10 @@ class Status:
             imgui.push_style_color(imgui.Col_.text, look.TEXT if holds else look.DIM)
             imgui.text(error)
             imgui.pop_style_color()
-            ui.note("status/error")
+            rows.note("status/error")
             imgui.set_item_tooltip(_ERROR)
             imgui.same_line(0.0, 0.0)
-        imgui.text_disabled(ui.cut(f"{' · ' if error else ''}{state.frame.renderer}"))
+        imgui.text_disabled(rows.cut(f"{' · ' if error else ''}{state.frame.renderer}"))
 
     def _fps(self, state: ViewState) -> float | None:
         """Frames in the last second; None while the picture stands still."""

@@ -1,0 +1,1 @@
+"""Parts of the panel that the schema of the scene does not make."""
