@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     exposure="Exposure: auto, or an EV at ISO 100.",
 )
 @click.option(
-    "--watch", is_flag=True, help="Take over the scene file, what it names, and shaders as saved."
+    "--watch", is_flag=True, help="Reload the scene file, files it names, and shaders when saved."
 )
 @click.option(
     "--frames", type=WholeNumber(min=1), metavar="N", help="Close after N pictures of the window."
@@ -64,7 +64,7 @@ def view(
         _recover(viewer, cameras=True)
         try:
             viewer.close(_say)
-        except Exception as error:  # what broke the window is what counts
+        except Exception as error:  # the first error counts
             _say(str(error))
         raise
     _recover(viewer)

@@ -46,18 +46,19 @@ if TYPE_CHECKING:
     from rtbow.render.renderer import Method
 
 _PATIENCE_S = 0.1
-"""Between looks at the renderer and at files while nothing happens."""
+"""Longest wait in one pass of the loop while nothing happens."""
 _BUSY_S = 0.004
-"""The same while a frame is being drawn."""
+"""Longest wait while a frame is being drawn."""
 _LEAST_STEP_S = 0.002
-"""Of a time through the loop: a mouse may tell a thousand times a second where it is."""
+"""Shortest pass of the loop: a mouse may report a thousand times a second."""
 _HEADROOM = 0.9
-"""Share of a picture's time at the target rate that it may take: the pace allows for some more."""
+"""Pictures aim at this share of the time between two at the target rate."""
 _LEAST_GAP_S = 1.0 / 60.0
 _BUSY_GAP_S = 1.0 / 20.0
-"""Between two pictures of the window while the renderer works: on a CPU both share the cores."""
+"""Shortest time between two pictures of the window while the renderer works: on a CPU both share
+the cores."""
 _FRAME = "frame"
-"""Under which progress and problems of the picture are told."""
+"""Name of the picture's progress and problems."""
 _FIRST_SPLIT: dict[str, object] = {"split": 0.5, "right": {}}
 
 
@@ -66,10 +67,10 @@ class Viewer:
 
     Args:
         opened: the scene.
-        method: that draws.
+        method: by which the picture is drawn.
         backend: how the renderer's process gets its GL context.
         exposure_ev: exposure value for ISO 100; None follows the frame.
-        watch: whether changed scene files and shaders are taken over.
+        watch: whether scene files and shaders are read again when they change.
 
     Raises:
         UnavailableError: there is no display, or no OpenGL 3.3.
@@ -136,7 +137,7 @@ class Viewer:
             write_png(screenshot, self.stage.image(), {"command": self.command()})
 
     def step(self) -> None:
-        """Go through the loop once."""
+        """Run one pass of the loop."""
         state = self.state
         busy = bool(self._orders) or self.jobs.busy
         quick = busy or bool(state.linger) or self.steering.moving
@@ -187,7 +188,7 @@ class Viewer:
         A second call does nothing.
 
         Args:
-            say: told what is waited for, and what came of it.
+            say: shows the user a line: what is being waited for, and how that ended.
 
         Raises:
             RtbowError: what was being saved could not be.
@@ -203,12 +204,12 @@ class Viewer:
             self.jobs.close()
 
     def recover(self, *, cameras: bool = False) -> list[Unsaved]:
-        """Write the unsaved changes of all scenes that were opened, and tell where they are.
+        """Write the unsaved changes of all scenes that were opened, and give their files.
 
-        A window that is closed without it leaves no files.
+        A window that is closed without this call leaves no files.
 
         Args:
-            cameras: also those of the camera alone.
+            cameras: whether scenes are written in which only the camera was moved.
         """
         return self.files.recover(cameras=cameras)
 
@@ -221,7 +222,7 @@ class Viewer:
         self.painted += 1
 
     def _compose(self) -> None:
-        """Put together what stands over the picture."""
+        """Compose what stands over the picture."""
         self.steering.mouse()
         rect = self.stage.view_units()
         if rect is not None:
@@ -259,7 +260,7 @@ class Viewer:
         if order is None:
             return
         number = self._worker.next_number()
-        # One that was under way gives way to this one.
+        # The frame under way, if any, gives way to this one.
         self._orders = {number: (order, now)}
         self.state.waiting_since_s = now
         self._worker.send(DrawFrame(number, self._live_scene(order.scale), self.state.method))
@@ -273,7 +274,7 @@ class Viewer:
         self.jobs.hear()
 
     def _take(self, reply: Reply, now: float) -> None:
-        """Take over what the renderer of pictures says."""
+        """Handle a reply of the process that draws the picture."""
         state = self.state
         if isinstance(reply, FrameDrawn):
             order, sent = self._orders.pop(reply.number, (None, now))
@@ -285,7 +286,7 @@ class Viewer:
             self._fresh = True
             state.waiting_since_s = self._failure = None
             state.show_progress(_FRAME, None)
-            state.tell(_FRAME)
+            state.report(_FRAME)
         elif isinstance(reply, Progressed):
             state.show_progress(_FRAME, (reply.share, reply.what))
         elif isinstance(reply, Failed):
@@ -297,10 +298,10 @@ class Viewer:
                 self._failure = failure_of(reply)
                 if reply.kind == "machine" and state.frame is None:
                     raise self._failure
-                state.tell(_FRAME, reply.message)
+                state.report(_FRAME, reply.message)
             elif reply.number == 0:
                 state.notify(reply.message, "error")
-            # Else it was superseded, and nobody waits for it.
+            # Otherwise a newer frame has superseded it.
 
     def _look_at_files(self, now: float) -> None:
         changed = self.files.look_at_files(now)
@@ -311,16 +312,16 @@ class Viewer:
         if "shaders" in changed:
             try:
                 self.stage.recompile()
-                self.state.tell("shader")
+                self.state.report("shader")
             except RtbowError as error:
-                self.state.tell("shader", str(error))
+                self.state.report("shader", str(error))
         if changed:
             self.state.wake()
 
     # --- what the panel (document.state.Actions) and the picture (picture.hud.Host) ask for ------
 
     def change(self, changes: dict[str, object], gesture: object = None) -> str:
-        """Replace values of the scene; give what is wrong with them, or nothing."""
+        """Replace values of the scene; give what is wrong with them, or an empty string."""
         try:
             self.edits.change(changes, gesture)
         except InputError as error:
@@ -339,11 +340,11 @@ class Viewer:
         self.state.wake()
 
     def open_scene(self, name_or_path: str) -> None:
-        """Open a built-in scene or a file; what is wrong with it stands over the last picture."""
+        """Open a built-in scene or a file; a mistake in it is shown over the last picture."""
         self.files.open(name_or_path)
 
     def save_scene(self, path: str, *, replace: bool = False) -> None:
-        """Write the scene as TOML, over a file that was not opened here only if it is to."""
+        """Write the scene as TOML; ``replace`` allows it over a file that was not opened here."""
         self.files.save(path, replace=replace)
 
     def save_frame(self, paths: tuple[str, ...]) -> None:
@@ -377,11 +378,11 @@ class Viewer:
         """Split the picture between two settings, or join it; the last right side comes back."""
         self.state.side = "right" if on else "left"
         count, last = self._split
-        before = last if count == self.files.count else None  # of another scene it says nothing
+        before = last if count == self.files.count else None  # another scene's does not apply
         kept = values_of(self.edits.scene).get("compare", before)
         self._split = self.files.count, kept
         problem = self.change({"compare": (kept or _FIRST_SPLIT) if on else None})
-        if problem and on:  # what was on the right does not go with what the left is now
+        if problem and on:  # the last right side no longer goes with the left
             problem = self.change({"compare": _FIRST_SPLIT})
         if problem:
             self.state.notify(problem, "error")
@@ -393,7 +394,7 @@ class Viewer:
         if scenes:
             self.open_scene(scenes[0])
         else:
-            self.state.notify(f"{paths[0]}: is not a scene; drop a .toml file", "error")
+            self.state.notify(f"{paths[0]}: not a scene; drop a .toml file", "error")
 
     def _key(self, name: str) -> None:
         action = self._shortcuts.get(name) or self._shortcuts.get(name.replace("Shift+", ""))

@@ -662,7 +662,7 @@ def test_a_frame_that_cannot_be_saved_is_told(live, tmp_path):
 
 def test_each_mistake_stands_until_the_same_goes_well(live):
     viewer = live.viewer
-    viewer.state.tell("file", "mine.toml: wrong")
+    viewer.state.report("file", "mine.toml: wrong")
     viewer.change({"light.0.altitude_deg": 12.0})
     live.settle()
     assert viewer.state.stale == "mine.toml: wrong"
@@ -673,7 +673,7 @@ def test_each_mistake_stands_until_the_same_goes_well(live):
     viewer.change({"light.0.altitude_deg": 13.0})
     live.settle()
     assert viewer.state.stale == "mine.toml: wrong"
-    viewer.state.tell("file")
+    viewer.state.report("file")
     assert viewer.state.stale == ""
 
 
@@ -740,7 +740,7 @@ def test_unsaved_changes_are_kept(live, tmp_path):
 def test_what_was_wrong_with_a_file_is_over_once_it_is_saved(live, tmp_path):
     viewer, mine = live.viewer, tmp_path / "mine.toml"
     viewer.save_scene(str(mine))
-    viewer.state.tell("file", "mine.toml: wrong")
+    viewer.state.report("file", "mine.toml: wrong")
     viewer.save_scene(str(mine))
     assert viewer.state.stale == ""
 
@@ -761,7 +761,7 @@ def test_dropped_files_are_opened_or_refused(live, tmp_path):
     assert "camera.fov_deg = 200" in live.viewer.state.stale
     assert live.viewer.edits.scene == before
     drop(other)
-    assert "is not a scene" in live.viewer.state.notices[-1].text
+    assert "not a scene" in live.viewer.state.notices[-1].text
     drop(good)
     assert live.viewer.state.stale == ""
     assert live.viewer.edits.scene == load_scene(good)

@@ -1,4 +1,4 @@
-"""The scene as a person changes it: refusals, undo and redo, and what it differs in."""
+"""The scene being edited: its changes, undo and redo, saving, and the command that makes it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rtbow.scene.text.values import changed_scene, differences, scene_text
 from rtbow.view.document.rewrite import rewritten
 
 _MOST_UNDONE = 500
-"""Changes that can be undone; further back they are forgotten."""
+"""Number of changes that can be undone."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Opened:
 class Edits:
     """A scene with its history.
 
-    A change that the scene refuses raises and leaves all as it was.
+    A change that the scene refuses raises an error and changes nothing.
 
     Args:
         opened: the scene to start from.
@@ -82,7 +82,7 @@ class Edits:
         self.replace(changed_scene(self.scene, changes), gesture)
 
     def replace(self, scene: Scene, gesture: object = None) -> None:
-        """Take over a changed scene, with ``gesture`` as for :meth:`change`."""
+        """Replace the whole scene, with ``gesture`` as for :meth:`change`."""
         if scene == self.scene:
             return
         self._remember(gesture)
@@ -96,7 +96,7 @@ class Edits:
         self._future.clear()
 
     def end_gesture(self) -> None:
-        """Say that the next change begins a gesture of its own."""
+        """End the gesture: the next change is undone by itself."""
         self._gesture = None
 
     @property
@@ -110,14 +110,14 @@ class Edits:
         return bool(self._future)
 
     def undo(self) -> None:
-        """Take the last change back, if there is one."""
+        """Undo the last change, if there is one."""
         if self._past:
             self._future.append((self.opened, self.scene))
             self.opened, self.scene = self._past.pop()
             self._gesture = None
 
     def redo(self) -> None:
-        """Make the last undone change again, if there is one."""
+        """Redo the last undone change, if there is one."""
         if self._future:
             self._past.append((self.opened, self.scene))
             self.opened, self.scene = self._future.pop()
@@ -138,15 +138,15 @@ class Edits:
             self._own[os.path.realpath(file)] = _content(file)
 
     def _now_from(self, opened: Opened) -> None:
-        """Say where the scene comes from now, and all its changes that can be undone."""
+        """Change where the scene and its undone versions come from."""
         before, self.opened = self.opened, opened
         for steps in (self._past, self._future):
             steps[:] = [(opened if one is before else one, scene) for one, scene in steps]
 
     def replaces(self, path: Path) -> bool:
-        """Whether saving there would replace what was neither opened nor saved here.
+        """Whether saving to a path would replace content that was neither opened nor saved here.
 
-        That is another file, or the scene's own if somebody has changed it since.
+        That is another file, or the scene's own after another program has changed it.
         """
         if not os.path.lexists(path):
             return False
@@ -154,17 +154,17 @@ class Edits:
         return own is None or own != _content(path)
 
     def question(self, path: Path) -> str:
-        """Say what saving there would replace, where :meth:`replaces` tells that it would."""
+        """Say what saving to a path would replace, for which :meth:`replaces` is true."""
         if os.path.realpath(path) in self._own:
-            return f"{path}: has been changed by somebody else since it was read here"
-        return f"{path}: there is such a file, which was not opened here"
+            return f"{path}: has been changed by another program since it was read here"
+        return f"{path}: this file exists and was not opened here"
 
     def save(self, path: Path, *, replace: bool = False) -> None:
         """Write the scene as TOML, which loads to the same picture.
 
-        Where the scene came from a file, that file's comments and order are kept, and only what has
-        changed is replaced; else all values are written out. Changes from before can still be
-        undone; whatever comes next is compared with what was saved, and saved there.
+        Where the scene came from a file, that file's comments and order are kept, and only values
+        that have changed are replaced; otherwise all values are written out. Earlier changes can
+        still be undone; from now on the scene comes from the saved file.
 
         Args:
             path: of the file.
@@ -175,7 +175,7 @@ class Edits:
                 that would be replaced.
         """
         if path.suffix.lower() != ".toml":
-            raise InputError(f"{path}: is not a scene file; write a name that ends with .toml")
+            raise InputError(f"{path}: not a scene file; choose a name that ends with .toml")
         if self.replaces(path) and not replace:
             raise InputError(f"{self.question(path)}; choose another name, or replace it")
         text = file_text(self.opened, self.scene, path.absolute().parent)
@@ -192,9 +192,9 @@ class Edits:
         """
         name = self.opened.name
         try:
-            file = load_scene(name)  # as it is now; what was typed is among the differences
+            file = load_scene(name)  # as it is now; --set options are among the differences
         except InputError:
-            # It has gone, or needs what was typed: from the default scene all can be reached.
+            # The file has gone, or needs its --set: any scene can be reached from the default one.
             name, file = None, load_scene()
         words = ["rtbow", verb, *([name] if name is not None else [])]
         for change in differences(file, self.scene).items():
@@ -216,10 +216,10 @@ def file_text(opened: Opened, scene: Scene, folder: Path) -> str:
     except UnicodeDecodeError:
         text = ""
     lines = text.replace("\r\n", "\n")
-    found = rewritten(lines, scene, folder) if lines else None
-    if found is None:
-        found = _first_comments(lines) + scene_text(scene, folder)
-    return found.replace("\n", "\r\n") if "\r\n" in text else found
+    written = rewritten(lines, scene, folder) if lines else None
+    if written is None:
+        written = _first_comments(lines) + scene_text(scene, folder)
+    return written.replace("\n", "\r\n") if "\r\n" in text else written
 
 
 def _content(file: Path) -> bytes | None:

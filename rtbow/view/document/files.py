@@ -1,4 +1,4 @@
-"""The scene's files: opened, saved, watched, and kept safe while they are not saved."""
+"""The scene's files: opened, saved and watched; unsaved changes are kept meanwhile."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ _NAMING = ("droplets", "light", "compare")
 
 
 class SceneFiles:
-    """Opens and saves scenes; keeps what is not saved in files of its own.
+    """Opens, saves and watches scenes, and keeps unsaved changes.
 
     Args:
         edits: the scene.
-        state: where what is wrong with files is shown.
-        watching: whether changed files are taken over.
+        state: shows problems with files.
+        watching: whether files are read again when they change.
 
     Attributes:
         count: how many scenes were opened.
@@ -48,33 +48,35 @@ class SceneFiles:
         self._follow(anew=True)
         self._offer_unsaved()
 
-    def open(self, name: str | None, overrides: tuple[str, ...] = (), *, of: str = "open") -> bool:
+    def open(
+        self, name: str | None, overrides: tuple[str, ...] = (), *, source: str = "open"
+    ) -> bool:
         """Open a built-in scene or a file; give whether that went well.
 
         Args:
             name: as ``rtbow view`` takes it.
             overrides: as after ``--set``.
-            of: under which what is wrong with it is told.
+            source: under which a problem is shown.
         """
         if name is not None and self._autosave.holds(Path(name)):
             return self._restore(Path(name))
         try:
             scene = load_scene(name, dict(parse_set(text) for text in overrides))
         except InputError as error:
-            self._state.tell(of, str(error))
+            self._state.report(source, str(error))
             return False
-        self._state.tell("file")
-        self._keep_unsaved()  # undo brings it back, but only while the window is open
+        self._state.report("file")
+        self._keep_unsaved()  # undo brings it back, but only in this window
         before = self._edits.opened, self._edits.scene
         self._edits.open(Opened(scene, name, overrides))
-        if self._edits.scene is before[1]:  # its file has come to be the same
+        if self._edits.scene is before[1]:  # its file now holds the same scene
             self._autosave.forget(before[0])
         self._seen = self._kept = self._edits.scene
         self.count += 1
-        self._state.tell("open")
-        self._follow(anew=of == "open")
+        self._state.report("open")
+        self._follow(anew=source == "open")
         self._state.wake()
-        if of == "open" and name is not None:
+        if source == "open" and name is not None:
             self._note_recent(name)
         return True
 
@@ -84,7 +86,7 @@ class SceneFiles:
             scene = load_scene(path)
             name = origin(path)
         except (InputError, OSError) as error:
-            self._state.tell("open", str(error))
+            self._state.report("open", str(error))
             return False
         if not self.open(name):  # it has gone: from the default scene all can be reached
             self.open(None)
@@ -107,7 +109,7 @@ class SceneFiles:
         self._state.recent = recent[:_MOST_RECENT]
 
     def save(self, path: str, *, replace: bool = False) -> None:
-        """Write the scene as TOML, over a file that was not opened here only if it is to."""
+        """Write the scene as TOML; ``replace`` allows it over a file that was not opened here."""
         before = self._edits.opened
         self._state.replacing = ()
         try:
@@ -121,17 +123,17 @@ class SceneFiles:
             return
         self._autosave.forget(before)
         self._kept = self._edits.scene
-        self._state.tell("file")  # what was wrong with it has been written over
+        self._state.report("file")  # whatever was wrong with it has been replaced
         self._note_recent(path)
         self._follow(anew=True)
         self._state.notify(f"saved {path}")
 
     def look_at_scene(self, now: float) -> None:
-        """Take over that the scene is another; ``now`` in seconds of one clock."""
+        """Notice that the scene has changed; ``now`` in seconds of one clock."""
         scene, before = self._edits.scene, self._seen
         if scene is not before:
             self._seen = scene
-            self._state.tell("open")
+            self._state.report("open")
             if any(getattr(scene, key) is not getattr(before, key) for key in _NAMING):
                 self._follow()
         if scene is self._kept:
@@ -142,16 +144,16 @@ class SceneFiles:
             self._keep_unsaved()
 
     def look_at_files(self, now: float) -> set[str]:
-        """Take over a scene's file that has changed, if they are watched.
+        """Read the scene's file again if it has changed and files are watched.
 
         Returns:
-            What has changed: of ``scene``, ``data`` that it names, and ``shaders``.
+            Which have changed: ``scene``, ``data`` that it names, ``shaders``.
         """
         if not self._watching:
             return set()
         changed = self._watch.changed(now)
         if "scene" in changed:
-            self.open(self._edits.opened.name, self._edits.opened.overrides, of="file")
+            self.open(self._edits.opened.name, self._edits.opened.overrides, source="file")
         return changed
 
     def _follow(self, *, anew: bool = False) -> None:
@@ -172,10 +174,10 @@ class SceneFiles:
             self._autosave.forget(self._edits.opened)
 
     def recover(self, *, cameras: bool = False) -> list[Unsaved]:
-        """Write the unsaved changes of all scenes that were opened, and tell where they are.
+        """Write the unsaved changes of all scenes that were opened, and give their files.
 
         Args:
-            cameras: also those of the camera alone.
+            cameras: whether scenes are written in which only the camera was moved.
         """
         self._recovered = True
         if self._edits.unsaved:
@@ -183,6 +185,6 @@ class SceneFiles:
         return self._autosave.finish(cameras=cameras)
 
     def close(self) -> None:
-        """Remove what was kept, unless it was recovered."""
+        """Remove the files of unsaved changes, unless :meth:`recover` was called."""
         if not self._recovered:
             self._autosave.discard()

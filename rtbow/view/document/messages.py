@@ -1,4 +1,4 @@
-"""What the window and the process that renders for it say to each other."""
+"""Messages between the window and the process that renders for it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DrawFrame:
-    """Draw a frame to look at; of several that wait the last alone is drawn."""
+    """Draw a frame to look at; of several that wait only the last is drawn."""
 
     number: int
     scene: Scene
@@ -36,7 +36,7 @@ class SaveFrame:
 
 @dataclass(frozen=True)
 class TakeSpectrum:
-    """Compute the spectral radiance along one direction by the reference; the last that waits."""
+    """Compute the spectral radiance along a direction by the reference; the last that waits."""
 
     number: int
     scene: Scene
@@ -61,10 +61,10 @@ class FrameDrawn:
         number: of its request.
         scene: what it shows.
         rgb: linear Rec. 709 in cd/m², float32 (h, w, 3), first row on top.
-        seconds: that it took, with all rebuilding.
+        seconds: time taken, with all rebuilding.
         exposure_ev: automatic exposure.
-        method: that drew it.
-        unsuited: why ``auto`` did not take ``fast``; empty where it did.
+        method: by which it was drawn.
+        unsuited: why ``auto`` did not take ``fast``; empty if it did.
         renderer: the device.
     """
 
@@ -117,7 +117,7 @@ _FAILURES = {"input": InputError, "machine": UnavailableError, "defect": RtbowEr
 
 
 def failure_of(reply: Failed) -> RtbowError:
-    """Give the error that a reply tells of."""
+    """Give a reply's error."""
     return _FAILURES[reply.kind](reply.message)
 
 
@@ -126,7 +126,7 @@ Reply = FrameDrawn | FrameSaved | SpectrumTaken | Progressed | Failed
 
 @dataclass(frozen=True)
 class Placed:
-    """A frame in shared memory, as it travels; its slot holds no other memory any more."""
+    """A frame in shared memory, as it travels; this memory is now its slot's only one."""
 
     frame: FrameDrawn
     slot: int

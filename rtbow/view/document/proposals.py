@@ -28,7 +28,7 @@ class Proposals:
 
     Attributes:
         scene: whose values are shown: the left side's, or the right's.
-        origin: with what they are compared: the scene as it was opened; on the right, the left.
+        origin: what they are compared with: the scene as it was opened; on the right, the left.
         right: whether the right side is shown.
     """
 
@@ -40,7 +40,7 @@ class Proposals:
         self.right = False
 
     def look(self, edits: Edits, state: ViewState) -> None:
-        """Take over the scene as it is in this frame."""
+        """Begin a frame with the scene as it is now."""
         self._edits = edits
         if edits.scene is not self._seen:
             self._seen, self._right_scene = edits.scene, None
@@ -57,22 +57,22 @@ class Proposals:
         return self._right_scene
 
     def change(self, changes: Mapping[str, object], gesture: object = None) -> str:
-        """Replace values; give what is wrong with them, or nothing."""
+        """Replace values; give what is wrong with them, or an empty string."""
         whole: dict[str, object] = dict(changes)
         if self.right and not any(key.startswith("compare") for key in changes):
             left = self._left
-            # What the left has is left out on the right by a word of its own.
-            told = {
+            # A value of the left is left out on the right by the word none.
+            right = {
                 key: toml_text(None)
                 if value is None and value_at(left, split_path(key)) is not None
                 else value
                 for key, value in changes.items()
             }
-            whole = {RIGHT: merged(_compare(left).right, told)}
+            whole = {RIGHT: merged(_compare(left).right, right)}
         return self._actions.change(whole, gesture)
 
     def reset(self, *keys: str) -> str:
-        """Give values back as they were opened, or as they are on the left; give what is wrong."""
+        """Reset values to what was opened, or to the left side's; give what is wrong with that."""
         if self.right and not keys[0].startswith("compare"):
             right = flat(_compare(self._left).right)
             kept = {k: v for k, v in right if not any(_touches(k, key) for key in keys)}
@@ -83,7 +83,7 @@ class Proposals:
 
     @property
     def _left(self) -> Scene:
-        """The scene as it stands now, other than at the frame's beginning."""
+        """The scene as it is now, which may have changed since the frame began."""
         assert self._edits is not None
         return self._edits.scene
 
@@ -92,7 +92,7 @@ class Proposals:
         self._actions.undo()
 
     def set_text(self, key: str) -> str:
-        """Give the option of the command line that makes a key what it is."""
+        """Give the command line's option that sets a key to its value."""
         value = toml_text(plain_value(value_at(self.scene, split_path(key))))
         place = f"{RIGHT}.{key}" if self.right and not key.startswith("compare") else key
         return f"--set {shlex.quote(f'{place}={value}')}"

@@ -31,7 +31,7 @@ def rewritten(text: str, scene: Scene, folder: Path) -> str | None:
         _merge(document, values_of(before, folder), values_of(scene, folder))
         found = tomlkit.dumps(document)
         same = scene_from_text(found, folder=folder) == scene
-    except Exception:  # whatever it is: a scene can be written out whole, and has to be saved
+    except Exception:  # whatever it is: the scene can still be written out whole
         return None
     return found if same else None
 
@@ -61,7 +61,7 @@ def _merge(at: Any, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> Non
 
 
 def _merge_list(at: Any, before: list[Any], wanted: list[Any]) -> None:
-    """Do so in a list of tables: those that are left keep their text."""
+    """Put what differs into the text of a list of tables; tables that remain keep their text."""
     for number in reversed(range(len(before))):
         if len(before) > len(wanted) and before[number] not in wanted:
             del at[number], before[number]

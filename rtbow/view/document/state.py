@@ -24,12 +24,12 @@ OVERLAYS = {
 """Overlays by name: the key that turns each on and off, and what it is."""
 _NOTICE_S = 6.0
 _LINGER = 3
-"""Pictures drawn after the last event: ImGui settles what it highlights in these."""
+"""Pictures drawn after the last event, in which ImGui settles its highlights."""
 
 
 @dataclass
 class Notice:
-    """A line for the person, which goes after a while; an error stays until it is closed."""
+    """A line shown to the user for a while; an error stays until it is closed."""
 
     text: str
     severity: Severity
@@ -41,27 +41,27 @@ class ViewState:
     """How the window shows the scene.
 
     Attributes:
-        method: that draws.
+        method: by which the picture is drawn.
         exposure_ev: exposure value for ISO 100; None follows the frame.
         overlays: those that are on.
         side: which side of a split picture the panel changes.
         panel_open, help_open, readout_open: what is on the screen beside the picture.
         target_fps: frame rate that the render scale keeps while things move.
         frame: the last frame; None before the first.
-        frames_shown: how many there were.
+        frames_shown: number of frames so far.
         waiting_since_s: since when a picture is being waited for; None if none is.
-        progresses: share done and what is being done, by who does it.
-        scale: of the frame's width to the view's.
-        problems: why the last good picture is still shown, by what went wrong.
-        notices: lines for the person.
-        replacing: paths of a scene or a frame of which the panel asks whether to replace what is
-            there; empty if there is no such question.
+        progresses: share done and what is being done, by task.
+        scale: ratio of the frame's width to the view's.
+        problems: why the last good picture is still shown, by source.
+        notices: lines shown to the user.
+        replacing: existing files of a scene or a frame that the panel asks whether to replace;
+            empty if there is no such question.
         spectrum: wavelengths (nm) and spectral radiance at the chosen pixel, once computed.
         spectrum_number: of the request that it answers.
         spectrum_problem: why there is none; empty unless it could not be computed.
         circle_orders: internal reflections of the bows whose Descartes circles are drawn.
         recent: scene files opened or saved last.
-        linger: pictures of the window that are still to be drawn, though nothing happens.
+        linger: pictures of the window still to be drawn although nothing happens.
     """
 
     method: Method = "auto"
@@ -94,11 +94,11 @@ class ViewState:
 
     @property
     def stale(self) -> str:
-        """Why the last good picture is still shown; empty if it is the scene's."""
+        """Why the picture is not the scene's; empty if it is."""
         return "\n".join(self.problems.values())
 
     def wake(self) -> None:
-        """Have the window drawn again, though nothing has happened."""
+        """Have the window drawn again although nothing has happened."""
         self.linger = _LINGER
 
     def notify(self, text: str, severity: Severity = "info") -> None:
@@ -107,27 +107,27 @@ class ViewState:
         self.notices.append(Notice(text, severity, until))
         self.wake()
 
-    def tell(self, of: str, problem: str = "") -> None:
-        """Show what is wrong with a file, a shader or the frame until the same goes well."""
-        if problem == self.problems.get(of, ""):
+    def report(self, source: str, problem: str = "") -> None:
+        """Show a problem of a file, a shader or the frame; an empty one ends it."""
+        if problem == self.problems.get(source, ""):
             return
-        self.problems.pop(of, None)
+        self.problems.pop(source, None)
         if problem:
-            self.problems[of] = problem
+            self.problems[source] = problem
         self.wake()
 
-    def show_progress(self, of: str, progress: tuple[float, str] | None) -> None:
-        """Show how far something is; None where it has ended."""
-        self.progresses.pop(of, None)
+    def show_progress(self, task: str, progress: tuple[float, str] | None) -> None:
+        """Show how far a task is; None once it has ended."""
+        self.progresses.pop(task, None)
         if progress is not None:
-            self.progresses[of] = progress
+            self.progresses[task] = progress
 
 
 class Actions(Protocol):
     """What the panel asks the window to do; none of these raises."""
 
     def change(self, changes: dict[str, object], gesture: object = None) -> str:
-        """Replace values of the scene; give what is wrong with them, or nothing."""
+        """Replace values of the scene; give what is wrong with them, or an empty string."""
 
     def undo(self) -> None:
         """Take the last change back."""
@@ -139,7 +139,7 @@ class Actions(Protocol):
         """Open a built-in scene or a file."""
 
     def save_scene(self, path: str, *, replace: bool = False) -> None:
-        """Write the scene as TOML, over a file that was not opened here only if it is to."""
+        """Write the scene as TOML; ``replace`` allows it over a file that was not opened here."""
 
     def save_frame(self, paths: tuple[str, ...]) -> None:
         """Render at the scene's own size and write .exr and .png."""

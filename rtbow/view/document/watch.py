@@ -7,7 +7,7 @@ from pathlib import Path
 
 _PERIOD_S = 0.25
 _REPLACED_WITHIN_S = 1.0
-"""How long a file may be gone that an editor replaces."""
+"""A file that an editor replaces may be gone for this long."""
 
 
 class Watch:
@@ -27,14 +27,14 @@ class Watch:
         Args:
             group: the name.
             paths: of the files.
-            anew: from how they are now; else those of the group that were watched stay as they
-                were seen last, and what has changed since is still found.
+            anew: whether changes count from now; otherwise files of the group that were watched
+                before keep their last state, and changes since then are still found.
         """
         known = {} if anew else self._groups.get(group, {})
         self._groups[group] = {path: known.get(path) or _stamp(path) for path in paths}
 
     def changed(self, now_s: float) -> set[str]:
-        """Name the groups of which a file has changed since, has gone or has come back."""
+        """Name the groups in which a file has changed, gone or come back since the last call."""
         if now_s < self._due_s:
             return set()
         self._due_s = now_s + _PERIOD_S

@@ -1,4 +1,4 @@
-"""Tables of another kind than the scene has: valid at once, and keeping what carries over."""
+"""Tables of another kind than the scene's: valid, and with what can be carried over."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ DEFAULT_BOX_M = [[-1500.0, 200.0, 0.0], [1500.0, 1200.0, 1100.0]]
 GRID = [32, 32, 32]
 _RADIUS_UM = 500.0
 _SPREAD = 0.2
-"""Relative standard deviation of drops that were all alike."""
+"""Relative standard deviation where all drops were alike."""
 _DENSITIES: Values = {"number_per_m3": 1000.0, "rain_rate_mm_h": 5.0}
 _EXPONENT = 2.0
 _LAMP_AWAY_M, _LAMP_UP_M = 5.0, 4.0
-"""From the eye to a lamp that takes a sun's place."""
+"""Distance and height above the eye of a lamp that takes a sun's place."""
 _LAMP_LM = 8000.0
 _MEANS = ("radius_um", "mean_um", "median_um", "effective_radius_um")
 _FILE = "shower.npz"
@@ -100,7 +100,7 @@ def _number(value: object) -> float:
 def _of_sizes(name: str, kind: str, mean: float, spread: float) -> float | None:
     """Give a new distribution's parameter for drops of a mean radius and relative spread."""
     half = min(math.sqrt(3.0) * spread, 0.9)
-    # Rain has ever fewer drops of ever larger sizes: its range is wide.
+    # In rain, larger drops are ever rarer: its range is wide.
     ends = (0.2, 3.0) if kind == "marshall-palmer" else (1.0 - half, 1.0 + half)
     found = {
         **dict.fromkeys(_MEANS, mean),
@@ -213,7 +213,7 @@ def light_table(scene: Scene, light: BaseModel | None, kind: str, kinds: Node) -
 def droplets_of_box(droplets: Droplets, kinds: Node) -> Values:
     """Give what the droplets need to be described instead of read from a file.
 
-    The box is the file's. Its drops may be many millions, so that none of them is looked at.
+    The box is the file's. It may hold many millions of drops, so none of them is read.
 
     Args:
         droplets: as they are.
@@ -232,9 +232,9 @@ def droplets_of_box(droplets: Droplets, kinds: Node) -> Values:
 
 
 def problem_of_file(key: str, value: object) -> str:
-    """Say what is wrong with a file that a key is to name, of rain or of a spectrum, or nothing.
+    """Say what is wrong with a file of rain or of a spectrum that a key is to name.
 
-    Of a volume only the list of what is in it is read; its numbers may be many.
+    Only a volume's list of arrays is read, since these may be large. Empty if nothing is wrong.
     """
     if not isinstance(value, str):
         return ""
@@ -255,7 +255,7 @@ def _problem_of_volume(path: Path) -> str:
     except FileNotFoundError:
         return f"{path}: volume file not found"
     except (OSError, ValueError, zipfile.BadZipFile):
-        return f"{path}: is not a volume file; tools/build_droplets.py makes one"
+        return f"{path}: not a volume file; tools/build_droplets.py makes one"
     missing = [name for name in _IN_VOLUME if name not in names]
     return f"{path}: lacks {', '.join(missing)}, which a volume file holds" if missing else ""
 
@@ -268,5 +268,5 @@ def droplets_of_file() -> Values:
 
 
 def shipped_volumes() -> dict[str, Path]:
-    """Give the volume files that come with the built-in scenes, by name."""
+    """Give the volume files shipped with the built-in scenes, by name."""
     return {path.name: path for path in sorted(resource_dir("scenes").glob("*.npz"))}

@@ -25,21 +25,23 @@ Kind = Literal[
 """How a value is shown; a ``tag`` chooses the kind of the table that it stands in."""
 
 _STEPS = 400
-"""A linear slider has at least as many."""
+"""Least number of steps of a linear slider."""
 _LOG_DIGITS = 3
-"""Of the numbers that a logarithmic slider gives."""
+"""Digits of a logarithmic slider's numbers."""
 _DEFAULT_MIDDLE = 1.0
+_LABELS = {"max_delta_e": "error bound, ΔE"}
+"""Labels of keys whose own names read badly."""
 _MOST_DIGITS = 16
 
 
 @dataclass(frozen=True)
 class Slide:
-    """The numbers that a slider runs over; those typed may be far beyond.
+    """The range of a slider; typed numbers may be far beyond it.
 
     Attributes:
         low, high: its ends.
         log: whether it moves by factors.
-        whole: whether it gives whole numbers alone.
+        whole: whether it gives whole numbers only.
     """
 
     low: float
@@ -100,7 +102,7 @@ class Row:
         slide: what its slider, or that of each component, runs over; None if it has no ends.
         names: of a vector's components, of the items that a list may have.
         choices: of those that have choices.
-        option: of the command line, of a value that is not the scene's; None for ``--set``.
+        option: of the command line, for a value that is not the scene's; None for ``--set``.
     """
 
     path: str
@@ -131,9 +133,11 @@ class Row:
 
     @property
     def start(self) -> float:
-        """A number for a value that was left out: the one that held then, if it is told."""
-        told = re.search(r"-?\d+(\.\d+)?", self.absent)
-        number = float(told[0]) if told else self.slide.middle if self.slide else _DEFAULT_MIDDLE
+        """A first number for a value that was left out: the one that held then, if documented."""
+        default = re.search(r"-?\d+(\.\d+)?", self.absent)
+        number = (
+            float(default[0]) if default else self.slide.middle if self.slide else _DEFAULT_MIDDLE
+        )
         return round(number) if self.node.annotation is int else number
 
     def inside(self, index: int) -> str:
@@ -157,7 +161,7 @@ def own_row(
     """Give a row of the panel's own, for what is not in the scene.
 
     Args:
-        path: by which it is told apart from others.
+        path: which identifies it.
         label, description, effect, kind, unit, slide, choices, names: as a row has them.
         option: of the command line; empty if there is none.
     """
@@ -187,6 +191,8 @@ def shown_unit(unit: str) -> str:
 
 def label_of(name: str, unit: str) -> str:
     """Write a key in words, without the unit that it ends with."""
+    if name in _LABELS:
+        return _LABELS[name]
     ending = unit.replace("1/", "per_").replace("/", "_").replace("µ", "u").replace("°", "")
     ending = "_" + ending.replace("²", "2").replace("³", "3").lower()
     return (name.removesuffix(ending) or name).replace("_", " ")
@@ -303,8 +309,8 @@ def _names(kind: Kind, node: Node, unit: str, description: str, inner: Node) -> 
         low, high = _limits(inner)
         assert low is not None
         assert high is not None
-        told = {n: re.search(rf"\b{n} (\w+)", description) for n in range(int(low), int(high) + 1)}
-        return tuple(f"{n} {found[1]}" if found else str(n) for n, found in told.items())
+        named = {n: re.search(rf"\b{n} (\w+)", description) for n in range(int(low), int(high) + 1)}
+        return tuple(f"{n} {found[1]}" if found else str(n) for n, found in named.items())
     if kind not in ("vector", "corners"):
         return ()
     count = len(node.items if kind == "vector" else Node.of(node.items[0]).items)

@@ -1,4 +1,4 @@
-"""Draws the scene's tables: every key that its models have, each by its kind."""
+"""Draws the scene's tables: every key of its models, each by its kind."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from rtbow.view.panel.layout import Rows
 from rtbow.view.panel.rows import Row, own_row, rows_of
 
 _BY_PARTS = ("box_m", "radius", "density")
-"""What droplets need without a file."""
+"""Keys that droplets need without a file."""
 _TABLES = ("radius", "density")
 _NO_FILE = ("box_m", "grid", "radius", "density")
 _SHARED = ("camera.size_px",)
@@ -43,12 +43,12 @@ _SOURCE = own_row(
     choices=("a description", "a file"),
 )
 _WORDS = {"point": "lamp"}
-"""What a kind is called on buttons, where it is not its own name."""
+"""Names of kinds on buttons, where they differ."""
 _CORNERS = ("from", "to")
 
 
 class Tables:
-    """Draws tables of the scene and hands changes over.
+    """Draws tables of the scene and proposes changes.
 
     Args:
         rows: of the panel.
@@ -76,7 +76,7 @@ class Tables:
         Args:
             path: of the table; empty for the scene.
             table: its values.
-            only: keys that alone are shown; all if there are none.
+            only: keys to show; empty for all.
             hidden: keys that are not shown.
             needed: keys that may not be left out here, though the model allows it.
             kinds: all classes that it might have.
@@ -86,7 +86,7 @@ class Tables:
         for row in rows_of(path, type(table), kinds):
             if row.name not in hidden and (not only or row.name in only):
                 value = getattr(table, row.name)
-                # Of another kind of table, the kind alone can be given back.
+                # For another kind of table, only the kind can be reset.
                 comparable = alike or (row.kind == "tag" and origin is not None)
                 before = getattr(origin, row.name) if comparable else value
                 self.row(row, value, before, needed=row.name in needed)
@@ -154,7 +154,7 @@ class Tables:
         return changes
 
     def reset(self, row: Row) -> None:
-        """Give a row's value back; the kind of a table with all that the table had."""
+        """Reset a row's value; with the kind of a table, the whole table."""
         keys = [row.path]
         if row.kind == "tag":
             keys = [row.path.rpartition(".")[0]]
@@ -164,7 +164,7 @@ class Tables:
         self._rows.drafts.answer(row.path, self._proposals.reset(*keys))
 
     def _on_off(self, row: Row, value: Any) -> None:
-        """Draw the box of a value that may be left out, and what holds where it is."""
+        """Draw the box of a value that may be left out, and what holds if it is."""
         rows = self._rows
         text = rows.fitting(row.absent.split(",")[0], "left out") if value is None else ""
         changed, on = imgui.checkbox(f"{text}##on {row.path}", value is not None)
@@ -258,7 +258,7 @@ class Tables:
         hidden: set[str] = set()
         needed: set[str] = set()
         if part == "density" and droplets.radius is not None:
-            # The other key does not go with the distribution.
+            # The other key does not suit the distribution.
             needed = {density_key(droplets.radius.distribution)}
             hidden = {*droplets_density_keys()} - needed
         node = _node(type(self._proposals.scene), "droplets", part)
@@ -274,7 +274,7 @@ class Tables:
         return self._proposals.change({f"droplets.{k}": v for k, v in changes.items()}, gesture)
 
     def _set_kind(self, row: Row) -> Set:
-        """Give what replaces a table by one of another kind."""
+        """Give the function that replaces a table by one of another kind."""
         place = row.path.rpartition(".")[0]
         scene = self._proposals.scene
 
@@ -298,7 +298,7 @@ class Tables:
     # --- lists of tables ----------------------------------------------------------------------
 
     def _list(self, row: Row, items: tuple[BaseModel, ...]) -> None:
-        """Draw a list of tables, with what adds to it and takes out of it."""
+        """Draw a list of tables, with buttons that add and remove."""
         rows = self._rows
         node = Node.of(row.node.items[0])
         kind_names = _kind_names(node)
@@ -327,7 +327,7 @@ class Tables:
         self._rows.drafts.answer(row.path, self._proposals.change({row.path: every}))
 
     def _heading(self, row: Row, number: int, count: int) -> bool:
-        """Write which item's rows follow; give whether it shall go."""
+        """Draw the heading of an item; give whether it is to be removed."""
         rows = self._rows
         imgui.separator_text(f"{row.label} {number}" if count > 1 else row.label)  # as in keys
         imgui.same_line(rows.reset_x - 3.5 * rows.row_height)
@@ -338,7 +338,7 @@ class Tables:
     # --- what differs on the right ------------------------------------------------------------
 
     def overrides(self, right: dict[str, Any]) -> None:
-        """Draw the keys that differ on the right of a split picture, to change or take out."""
+        """Draw the keys that differ on the right of a split picture, to change or remove."""
         rows = self._rows
         every = dict(flat(right))
         for key, value in every.items():
@@ -363,7 +363,7 @@ class Tables:
 
 
 def droplets_density_keys() -> tuple[str, ...]:
-    """Name the keys of which one goes with each distribution."""
+    """Name the density keys; each distribution has one of them."""
     return density_key("constant"), density_key("marshall-palmer")
 
 

@@ -1,4 +1,4 @@
-"""The panel beside the picture: all of the scene and of how it is shown, by sections."""
+"""The panel beside the picture: the whole scene and how it is shown, by sections."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SECTIONS = {
     "light": "Sun", "droplets": "Drops", "atmosphere": "Air", "scattering": "Theory",
     "camera": "Camera", "render": "Picture", "compare": "Picture",
 }  # fmt: skip
-"""Where each table of the scene is shown; others have a section of their own."""
+"""Section of each table of the scene; other tables have a section of their own."""
 _OPEN = ("Sun", "Drops", "Picture")
 """Sections that are open at first."""
 _METHOD = own_row(
@@ -57,8 +57,8 @@ _EXPOSURE = own_row(
 )  # fmt: skip
 _FPS = own_row(
     "view.target_fps", "target rate",
-    "pictures a second that are kept while things move, by drawing them smaller",
-    "A higher rate is smoother and coarser; what stands still is drawn in full.", "number",
+    "frames per second while anything moves, kept by drawing them smaller",
+    "A higher rate is smoother and coarser; a picture at rest is drawn in full.", "number",
     unit="fps", slide=Slide(5.0, 120.0, log=True),
 )  # fmt: skip
 _ORDERS = own_row(
@@ -67,7 +67,7 @@ _ORDERS = own_row(
 )  # fmt: skip
 _READOUT = own_row(
     "view.readout", "readout under the cursor",
-    "angles, colour and what the rain is like at the point of the picture under the mouse",
+    "angles, luminance, colour and the distance of the rain at the point under the mouse",
 )  # fmt: skip
 _SPLIT = own_row(
     "view.split", "split the picture",
@@ -101,15 +101,15 @@ class Panel:
         self._first: ViewState | None = None
 
     def close(self) -> None:
-        """Forget its pictures, while ImGui's context still is."""
+        """Forget its pictures, while ImGui's context still exists."""
         self._gallery.close()
 
     def forget_refused(self) -> bool:
-        """Drop what the scene refused and is still shown; give whether there was anything."""
+        """Drop refused values that are still shown; give whether there were any."""
         return self.rows.drafts.forget_refused()
 
     def draw(self, edits: Edits, state: ViewState) -> None:
-        """Draw it into the window that is open; changes go to the actions.
+        """Draw the panel into ImGui's current window; changes go to the actions.
 
         Args:
             edits: the scene.
@@ -178,7 +178,7 @@ class Panel:
         return is_open
 
     def _heading(self, title: str) -> str:
-        """Give a section's heading: that of the lights tells of which kind they are."""
+        """Give a section's heading; that of the lights names their kinds."""
         if title != "Sun":
             return title
         found = {str(light.type) for light in self._proposals.scene.light}
@@ -211,7 +211,7 @@ class Panel:
     # --- the picture --------------------------------------------------------------------------
 
     def _view(self, state: ViewState) -> None:
-        """Draw how the scene is shown, which is not in the scene."""
+        """Draw the settings of how the scene is shown, which are not in the scene."""
         rows, first = self.rows, self._first
         assert first is not None
 
@@ -263,7 +263,7 @@ class Panel:
                 state.circle_orders = first.circle_orders
 
     def _ends_with_reset(self, row: Row, differs: bool) -> bool:
-        """End a row; give whether its value shall be what the window was opened with."""
+        """End a row; give whether its value is to be reset to what the window was opened with."""
         pressed = differs and self.rows.reset_button(row)
         self.rows.end_row()
         return pressed
@@ -294,7 +294,7 @@ class Panel:
             self._number(_EXPOSURE, state.exposure_ev, first.exposure_ev, set_ev)
 
     def _number(self, row: Row, value: float, before: float | None, set_value: Set) -> None:
-        """Draw a number that is not the scene's; ``before`` is None where there was none."""
+        """Draw a number that is not the scene's; ``before`` is None if there was none."""
         rows = self.rows
         differs = before is not None and value != before
         if rows.begin_row(row, differs):
@@ -337,7 +337,7 @@ class Panel:
             if f"compare.{row.name}" == RIGHT:
                 if rows.begin_row(row, False):
                     rows.label(row.label)
-                    imgui.text_disabled("differs in" if value else "is as the left")
+                    imgui.text_disabled("differs in" if value else "is like the left")
                     self._tables.overrides(value)
                     rows.end_row()
             else:

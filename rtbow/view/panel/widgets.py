@@ -18,12 +18,12 @@ from rtbow.view.panel.rows import Row, Slide, shown_number, shown_unit
 from rtbow.view.window import look
 
 _TURN = 0.005
-"""Of a number without ends: share by which a pixel of dragging changes it."""
+"""Share by which a pixel of dragging changes a number that has no range."""
 _CSV = ".csv"
 
 
 def read_number(text: str) -> object:
-    """Read a typed number; what is none stays text, which the scene refuses."""
+    """Read a typed number; other text stays text, which the scene refuses."""
     text = text.strip().replace("−", "-")
     try:
         return int(text)
@@ -36,7 +36,7 @@ def read_number(text: str) -> object:
 
 
 def read_toml(text: str) -> object:
-    """Read a typed TOML value; what is none stays text."""
+    """Read a typed TOML value; other text stays text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
@@ -57,7 +57,7 @@ def number(
     read: Callable[[str], object] = read_number,
     put_back: Callable[[float], None] | None = None,
 ) -> None:
-    """Draw a slider; with a double click or Ctrl+click, the number is typed instead.
+    """Draw a slider; after a double-click or Ctrl+click the number is typed instead.
 
     Args:
         rows: of the frame.
@@ -70,7 +70,7 @@ def number(
         unit: behind it.
         write: writes it as it is typed.
         read: reads what was typed.
-        put_back: makes the value what it was before a click; left out: the scene's last change is
+        put_back: restores the value from before a click; by default the scene's last change is
             undone.
     """
     draft = rows.drafts.text(path, value)
@@ -199,7 +199,7 @@ def text(
     read: Callable[[str], object] = str,
     hint: str = "",
 ) -> None:
-    """Draw a field of text; of one that is too long, the end is seen."""
+    """Draw a field of text; one that is too long shows its end."""
     draft = rows.drafts.text(path, value)
     if draft is not None:
         flags = imgui.InputTextFlags_.elide_left

@@ -1,4 +1,4 @@
-"""What stands over the picture: overlays, the split bar, and what is under the cursor."""
+"""Drawn over the picture: overlays, the split bar, messages, and what is under the cursor."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ _FLAGS = (
 _BAR_REACH = 6.0
 """Half width of the split bar's handle."""
 _PLOT_SIZE = (20.0, 10.0)
-"""Of a plot, in letters' heights, at most; a small picture has smaller ones."""
+"""Largest size of a plot, in letters' heights; a small picture has smaller ones."""
 _PLOT_SHARE = 0.32
-"""Of the picture's width and height, at most."""
+"""Largest share of the picture's width and height that a plot takes."""
 _PROFILE_POINTS = 256
 _SETTLING = 4
-"""Frames in which a window finds its size."""
+"""Frames that ImGui takes to find a window's size."""
 _FIT = implot.AxisFlags_.auto_fit
 _NO_LEGEND = implot.Flags_.no_legend
 _LEGEND = (12.0, 0.8)
-"""Of the colours, in letters' heights."""
+"""Size of the false colours' legend, in letters' heights."""
 _COLOURS = {
     "bow": (0.55, 0.85, 1.0, 0.9), "horizon": (1.0, 0.9, 0.5, 0.9), "grid": (1.0, 1.0, 1.0, 0.28),
     "box": (0.6, 1.0, 0.6, 0.7), "light": (1.0, 0.9, 0.4, 1.0), "antisolar": (1.0, 1.0, 1.0, 0.9),
@@ -62,7 +62,7 @@ _VIOLET_LINE = (0.6, 0.6, 1.0, 0.9)
 
 
 class Host(Protocol):
-    """What is needed of the window."""
+    """What the overlays need of the window."""
 
     edits: Edits
     state: ViewState
@@ -110,7 +110,7 @@ class Hud:
         self._boxes: list[Area] = []
 
     def box_m(self, scene: Scene) -> Array:
-        """Give the rain's corners (2, 3); about the eye where a file does not tell."""
+        """Give the rain's corners (2, 3), m; a box about the eye where its file has none."""
         box = box_of(scene.droplets)
         if box is not None:
             return box
@@ -118,7 +118,7 @@ class Hud:
         return np.stack([eye - 500.0, eye + 500.0])
 
     def drag_bar(self, host: Host, area: Area, inside: bool) -> bool:
-        """Let the mouse drag the split bar; give whether it does."""
+        """Let the mouse drag the split bar; give whether it is being dragged."""
         compare = host.edits.scene.compare
         if compare is None:
             self._dragging = False
@@ -140,7 +140,7 @@ class Hud:
         return True
 
     def mark(self, host: Host, area: Area) -> None:
-        """Choose the point under the mouse: its spectrum and the profile through it are shown."""
+        """Mark the point under the mouse: its spectrum and the cut through it are shown."""
         frame = host.state.frame
         if frame is None or host.frame_rgb is None:
             return
@@ -156,12 +156,12 @@ class Hud:
         self._plotted = 0
 
     def unmark(self) -> bool:
-        """Forget the chosen point; give whether there was one."""
+        """Remove the mark; give whether there was one."""
         marked, self._mark = self._mark is not None, None
         return marked
 
     def draw(self, host: Host, area: Area) -> None:
-        """Draw all that is on."""
+        """Draw everything that is on."""
         canvas = imgui.get_background_draw_list()
         low = imgui.ImVec2(area[0], area[1])
         high = imgui.ImVec2(area[0] + area[2], area[1] + area[3])
@@ -256,12 +256,12 @@ class Hud:
         self._boxes.append(_box("##legend", at, (0.0, 1.0), content))
 
     def _draw_notes(self, host: Host, area: Area) -> float:
-        """What is wrong with the scene, over the last good picture, and what has been done.
+        """Draw problems of the scene, progress and notices at the top of the picture.
 
-        Mistakes of single steps are the panel's, where it is open.
+        While the panel is open, it has progress and errors.
 
         Returns:
-            Where the place below begins.
+            The y below them.
         """
         state = host.state
         alone = not state.panel_open
@@ -316,7 +316,7 @@ class Hud:
         mark, marked = self._mark, self._marked(host, area)
         assert mark is not None
         at = imgui.ImVec2(area[0] + area[2] - 8.0, area[1] + area[3] - 8.0)
-        # Its size is known after some frames; from then on it stays where it is put.
+        # Its size is known after some frames; from then on the user may move it.
         self._plotted += 1
         when = imgui.Cond_.always if self._plotted <= _SETTLING else imgui.Cond_.appearing
         imgui.set_next_window_pos(at, when, imgui.ImVec2(1.0, 1.0))
@@ -336,7 +336,7 @@ class Hud:
                 implot.setup_axes("degrees from the antisolar point", "cd/m²", _FIT, _FIT)
                 implot.plot_line("cut", _contiguous(cut.angle_deg), _contiguous(cut.luminance))
                 implot.end_plot()
-        if marked is not None and earlier and imgui.button("take it of the scene as it is now"):
+        if marked is not None and earlier and imgui.button("compute it for the scene as it is now"):
             self._take(host, marked[0], mark.direction)
         size = imgui.get_window_size()
         if (size.x, size.y) != self._plots_px:  # a button has come or gone
@@ -346,7 +346,7 @@ class Hud:
             self.unmark()
 
     def _draw_spectrum(self, host: Host, size: imgui.ImVec2, *, earlier: bool) -> None:
-        """The spectrum of the mark; of an earlier scene it says so."""
+        """Draw the spectrum at the mark, whose title says if the scene has changed since."""
         mark, state = self._mark, host.state
         assert mark is not None
         if state.spectrum is None or state.spectrum_number != mark.number:
@@ -362,7 +362,7 @@ class Hud:
             implot.end_plot()
 
     def _cut(self, host: Host, area: Area, place: tuple[float, float]) -> Profile | None:
-        """Take the cut through the mark anew when the frame or the mark's place has changed."""
+        """Give the cut through the mark; it changes with the frame and the mark's place."""
         frame = host.state.frame
         assert frame is not None
         key = frame.number, place, whole_size(area)
@@ -373,7 +373,7 @@ class Hud:
 
 
 def _alike(scene: Scene, other: Scene) -> bool:
-    """Whether two scenes send the same light to an eye: how it looks and is split is no matter."""
+    """Whether two scenes send the same light to the eye, whatever the direction of view."""
     eye = {"camera": other.camera, "compare": other.compare, "render": other.render}
     same_eye = scene.camera.position_m == other.camera.position_m
     same_filter = scene.camera.polarizer_deg == other.camera.polarizer_deg
@@ -398,9 +398,9 @@ def _label(
     colour: imgui.ImVec4,
     taken: list[Area],
 ) -> None:
-    """Write a label beside a point, inside the picture, on a shadow that any ground shows.
+    """Write a label with a shadow beside a point, inside the picture.
 
-    It gives way to those that are ``taken``, downwards and then upwards, and joins them.
+    It avoids the areas in ``taken``, downwards and then upwards, and is added to them.
     """
     size = imgui.calc_text_size(text)
     low, high = area[1] + 2.0, max(area[1] + area[3] - size.y - 2.0, area[1] + 2.0)

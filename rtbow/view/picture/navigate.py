@@ -1,4 +1,4 @@
-"""Moving the camera: each function gives another camera, within what a scene allows."""
+"""Moving the camera: each function gives another camera, within a scene's limits."""
 
 from __future__ import annotations
 
@@ -14,35 +14,14 @@ from rtbow.view.picture.projection import View, azimuth_altitude_deg
 from rtbow.world.camera import camera_basis
 
 ZOOM_PER_CLICK = 1.1
-"""How much larger a click of the wheel makes what is in the middle of the picture."""
+"""Magnification by one click of the wheel, in the middle of the picture."""
 FOV_DEG = (1.0, 150.0)
-"""Fields of view that the wheel reaches; a scene's own may be beyond."""
+"""Range of fields of view that the wheel reaches; a scene's own may be beyond it."""
 _REACH_M = float(next(x.le for x in Node.of(Coordinate).metadata if hasattr(x, "le")))
-"""How far from the origin a scene's coordinates may be."""
+"""Greatest distance of a scene's coordinates from the origin."""
 
 Point = tuple[float, float]
 """A place in the picture: pixels from its left and upper side."""
-
-
-def look(
-    camera: Camera,
-    dx_px: float,
-    dy_px: float,
-    view_px: tuple[int, int],
-    at_px: Point | None = None,
-) -> Camera:
-    """Turn the camera as a drag of the mouse does: what was grabbed stays under the cursor.
-
-    Args:
-        camera: the camera.
-        dx_px: how far the cursor went to the right, in the view's pixels.
-        dy_px: how far down.
-        view_px: the view's width and height.
-        at_px: where the cursor was; the middle of the view by default.
-    """
-    x, y = at_px or (0.5 * view_px[0], 0.5 * view_px[1])
-    grabbed = View(camera, view_px).directions(floats([x, y]))
-    return hold(camera, grabbed, (x + dx_px, y + dy_px), view_px)
 
 
 def hold(camera: Camera, towards: Array, at_px: Point, view_px: tuple[int, int]) -> Camera:
@@ -65,7 +44,7 @@ def hold(camera: Camera, towards: Array, at_px: Point, view_px: tuple[int, int])
     rise = np.arcsin(np.clip(towards[2] / size, -1.0, 1.0))
     both = np.degrees([rise - lean, np.pi - rise - lean])
     tilts = (both + 180.0) % 360.0 - 180.0
-    # The nearer of both, so that nothing flips; one that would stand on its head ends at the pole.
+    # The nearer of the two, so that nothing flips; upside down is not reached, the pole is.
     nearer = tilts[np.argmin(np.abs(tilts - camera.altitude_deg))]
     altitude_deg = float(np.clip(nearer, -90.0, 90.0))
     altitude = np.radians(altitude_deg)
@@ -148,12 +127,12 @@ def antisolar(scene: Scene) -> Array:
 
 
 def cruise_m_s(scene: Scene, box_m: Array) -> float:
-    """Give a speed that goes with a scene's size.
+    """Give a speed that suits a scene's size, m/s.
 
-    A quarter of the way to the rain in a second, and through it in some eight.
+    A quarter of the way to the rain in a second, and through it in about eight.
 
     Args:
-        scene: the scene, of which the eye counts.
+        scene: the scene, whose eye counts.
         box_m: the rain's lower and upper corner (2, 3).
     """
     eye = floats(scene.camera.position_m)

@@ -1,6 +1,6 @@
 """Lines over the picture: where geometric optics puts the bows, horizon and grid, the rain's box.
 
-Only geometry, in the view's pixels; colours and letters are whoever draws them's.
+Only geometry, in the view's pixels; whoever draws them chooses colours and letters.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from rtbow.view.picture.projection import Lines, View, part_views
 Kind = Literal["bow", "horizon", "grid", "box", "light", "antisolar"]
 
 EXTREMES_NM = (680.0, 440.0)
-"""Wavelengths of the outer and inner edge of the primary, as an eye sees them."""
+"""Wavelengths of the outer and inner edge of the primary bow as an eye sees it."""
 ORDERS = {1: "primary", 2: "secondary", 3: "tertiary", 4: "quaternary"}
-"""Bows by internal reflections."""
+"""Names of bows by number of internal reflections."""
 
 _GRID_DEG = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0)
 _GRID_LINES = 8
-"""Lines of the grid across the picture, about."""
+"""Approximate number of grid lines across the picture."""
 _CROSS_PX = 7.0
 _CELL_PX = 10.0
-"""Cells in which a lamp's bows are looked for."""
+"""Size of the cells in which a lamp's bows are searched for."""
 
 
 @dataclass(frozen=True)
@@ -334,7 +334,7 @@ def _cross(view: View, kind: Kind, label: str, vector: Array) -> Iterator[Overla
 def _bows(
     scene: Scene, orders: Sequence[int] | None, wavelengths_nm: Sequence[float]
 ) -> Iterator[tuple[int, float, float]]:
-    """Orders and wavelengths, and where along its line the label of each goes."""
+    """Give orders and wavelengths, and where along its line each label goes."""
     if orders is None:
         # Exact theory has all bows, of which two are seen.
         orders = scene.scattering.orders if scene.scattering.theory == "airy" else (1, 2)
@@ -380,9 +380,9 @@ def _extreme(lines: Lines, coordinate: int, sign: float) -> tuple[float, float] 
 
 
 def box_of(droplets: Droplets) -> Array | None:
-    """Give the rain's lower and upper corner (2, 3), m; None where its file does not tell.
+    """Give the rain's lower and upper corner (2, 3), m; None where its file cannot be read.
 
-    Of a volume file nothing else is read; what is wrong with it, rendering says.
+    Nothing else is read of a volume file; its mistakes are reported by rendering.
     """
     if droplets.file is None:
         return floats(droplets.box_m)

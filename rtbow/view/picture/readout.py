@@ -30,7 +30,7 @@ Pixel = tuple[float, float]
 
 @dataclass(frozen=True)
 class LightAngle:
-    """How a light stands to a ray.
+    """Angles between a light and a ray.
 
     Attributes:
         name: of the light, ``sun`` or ``lamp``, with its number where there are several.
@@ -74,7 +74,7 @@ class PixelReadout:
 
 
 def read_pixel(frame: Frame, scene: Scene, size_px: tuple[int, int], pixel: Pixel) -> PixelReadout:
-    """Tell what is seen at a point of the picture.
+    """Give what is seen at a point of the picture.
 
     Args:
         frame: of any size, stretched over the view.
@@ -102,7 +102,7 @@ def read_pixel(frame: Frame, scene: Scene, size_px: tuple[int, int], pixel: Pixe
 
 
 def text_of(reading: PixelReadout) -> list[tuple[str, str]]:
-    """Give a readout as names and values with their units, in the order in which to show them."""
+    """Give a readout as names and values with units, in the order of display."""
     found = [
         ("azimuth", f"{reading.azimuth_deg:z.2f}°"),
         ("altitude", f"{reading.altitude_deg:z.2f}°"),

@@ -1,4 +1,4 @@
-"""Moving about by hand: looking around, flying, zooming, and the mouse over the picture."""
+"""Steering the camera by hand: looking around, flying, zooming, clicks on the picture."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _MOVES = {
 }  # fmt: skip
 """Keys that fly: how far to the right, ahead and up."""
 _LOOKING = "camera"
-"""The gesture of looking around and flying, which go on together."""
+"""Gesture of looking around and flying, which may be done together."""
 _LONGEST_STEP_S = 0.1
-"""Of a flight: one that waited for longer does not jump."""
+"""A flight that had to wait for longer does not jump."""
 _ONE_ZOOM_S = 0.5
-"""Within which clicks of the wheel are of one gesture."""
+"""Clicks of the wheel within this time belong to one gesture."""
 
 
 class Host(hud.Host, Protocol):
@@ -39,7 +39,7 @@ class Host(hud.Host, Protocol):
 
 
 class Steering:
-    """Turns what the hands do into another camera.
+    """Turns input into another camera.
 
     Args:
         host: the window.
@@ -61,7 +61,7 @@ class Steering:
         return [key for key in _MOVES if key in self._host.stage.input.held]
 
     def fly(self, now: float) -> None:
-        """Go on with what the keys that are down say; ``now`` in seconds of one clock."""
+        """Fly on by the keys that are down; ``now`` in seconds of one clock."""
         keys = self._held_moves()
         if self._looking and not keys and not imgui.is_mouse_down(0):
             self._looking = False
@@ -78,7 +78,7 @@ class Steering:
         self.aim(navigate.fly(scene.camera, right, ahead, up, seconds, speed))
 
     def aim(self, camera: Camera, gesture: str = _LOOKING) -> None:
-        """Take over another camera, in both parts of a split picture."""
+        """Set another camera, in both parts of a split picture."""
         edits = self._host.edits
         scene = edits.scene
         if camera == scene.camera:
@@ -106,9 +106,9 @@ class Steering:
         self.aim(zoomed, _LOOKING if self._looking else "zoom")
 
     def mouse(self) -> None:
-        """Look around by dragging over the picture, and what else its buttons do there.
+        """Handle the mouse over the picture: drags, clicks and double-clicks.
 
-        Within a frame of ImGui.
+        To be called within a frame of ImGui.
         """
         io = imgui.get_io()
         rect = self._host.stage.view_units()

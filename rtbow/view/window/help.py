@@ -26,7 +26,7 @@ _KEYS = (
 
 
 def draw_help(state: ViewState) -> None:
-    """Draw it; its cross closes it.
+    """Draw the list of keys; its cross closes it.
 
     Args:
         state: of the window.

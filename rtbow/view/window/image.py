@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from rtbow.gl.context import GlContext
 
 _MOST_PER_WHITE = 1e30
-"""All is white long before, and products stay within float32."""
+"""Most that a luminance is multiplied by: all is white long before, and products stay within
+float32."""
 Rect = tuple[int, int, int, int]
 """Left, bottom, width and height in a framebuffer's pixels."""
 
@@ -56,14 +57,14 @@ class Picture:
 
         Args:
             target: the window's framebuffer.
-            rect: where.
+            rect: where in the framebuffer.
             exposure_ev: exposure value for ISO 100.
             false_range: log10 of the luminances at the ends of the false colours; None shows the
                 frame's own.
         """
         if self._frame is None or min(rect[2:]) < 1:
             return
-        # Without rounding between texels where the frame has the size of its place.
+        # A frame of the same size as its place is shown without interpolation.
         same = self._frame.size == rect[2:]
         mode = moderngl.NEAREST if same else moderngl.LINEAR
         self._frame.filter = (mode, mode)

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec4, imgui
 
 FONT_PX = 15.0
 _FONT = Path("assets", "fonts", "Roboto", "Roboto-Regular.ttf")
-"""In Dear ImGui Bundle's own folder; it has µ, °, ² and Δ, which ImGui's own font lacks."""
+"""A font in Dear ImGui Bundle's folder with µ, °, ² and Δ, which ImGui's own lacks."""
 
 
 def _rgb(code: int, alpha: float = 1.0) -> ImVec4:
@@ -24,13 +24,13 @@ WARNING = _rgb(0xF2C14E)
 ERROR = _rgb(0xFF8A80)
 ERROR_FRAME = _rgb(0x5A2226)
 RIGHT = _rgb(0xF0A35E)
-"""What belongs to the right side of a split picture."""
+"""Colour of the right side of a split picture."""
 RIGHT_GRAB = _rgb(0x9B6A3F)
 RIGHT_HEADER = _rgb(0x5A3D22)
 
 BACKGROUND = (0x14 / 255, 0x17 / 255, 0x1C / 255, 1.0)
-"""Of the panel. To clear the screen with it costs nothing; to fill a window takes a millisecond on
-a CPU."""
+"""The panel's colour. Clearing the screen to it is free; filling a window with it takes a
+millisecond on a CPU."""
 _WINDOW = 0x14171C
 _FRAME = 0x262C36
 _COLOURS = {
@@ -62,7 +62,7 @@ _COLOURS = {
 
 
 def apply() -> None:
-    """Give the current ImGui context this look; do so once, before its first frame."""
+    """Style the current ImGui context, once, before its first frame."""
     style = imgui.get_style()
     for index, colour in _COLOURS.items():
         style.set_color_(index, colour)
@@ -76,10 +76,10 @@ def apply() -> None:
 
 
 def scale(content_scale: float) -> None:
-    """Make letters and distances larger, on a display of more pixels to the inch.
+    """Scale letters and distances to the display's density.
 
     Args:
-        content_scale: 1 on an ordinary display; before each frame, since a window may move.
+        content_scale: 1 on an ordinary display; it may change before each frame.
     """
     style = imgui.get_style()
     if style.font_scale_dpi != content_scale:

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from rtbow.view.document.state import ViewState
 
 PANEL_WIDTH = 340
-"""Of the panel, in screen coordinates at an ordinary display's density."""
+"""Width of the panel, in screen coordinates at an ordinary display's density."""
 LEAST_SIZE = (640, 600)
-"""Of a window without its panel at first, in screen coordinates: small pictures are enlarged, so
-that there is room for what stands over them."""
+"""Least size at which a window opens, without its panel, in screen coordinates: small pictures are
+enlarged so that overlays fit."""
 _FALSE_DECADES = 4.0
-"""Range of the false colours below the brightest pixels."""
+"""Decades that the false colours span below the brightest pixels."""
 _FALSE_QUANTILE = 0.999
 _COLOURS = 256
 _GLSL = "#version 330"
@@ -48,7 +48,7 @@ class Stage:
 
     Attributes:
         window: GLFW's.
-        input: what the person does with it.
+        input: its events.
         frame_rgb: the picture, cd/m², float32 (h, w, 3); None before the first.
     """
 
@@ -98,10 +98,10 @@ class Stage:
             self._picture.take(rgb)
 
     def recompile(self) -> None:
-        """Make the window's own programs anew.
+        """Compile the window's own program anew.
 
         Raises:
-            RtbowError: there is a mistake in one; the old ones stay.
+            RtbowError: it has a mistake; the old one stays.
         """
         with self.window.gl.current():
             picture = Picture(self.window.gl, _colour_map())
@@ -137,17 +137,17 @@ class Stage:
     # --- drawing ------------------------------------------------------------------------------
 
     def close_popups(self) -> bool:
-        """Close what has popped up, in the next picture; give whether there was anything."""
+        """Close menus and lists in the next picture; give whether any is open."""
         every = imgui.PopupFlags_.any_popup_id | imgui.PopupFlags_.any_popup_level
-        self._closing_popups = imgui.is_popup_open("", every)  # ImGui takes it inside of a frame
+        self._closing_popups = imgui.is_popup_open("", every)  # ImGui allows it within a frame only
         return self._closing_popups
 
     def paint(self, compose: Callable[[], None], panel: Callable[[], None]) -> None:
         """Draw the window and show it.
 
         Args:
-            compose: has ImGui put together what stands over the picture.
-            panel: and what stands beside it, where the panel is open.
+            compose: draws over the picture, by ImGui.
+            panel: draws the panel beside it, if that is open.
         """
         with self.window.gl.current():
             imgui.backends.opengl3_new_frame()
@@ -172,7 +172,7 @@ class Stage:
             self.window.show()
 
     def image(self) -> np.ndarray:
-        """Give the window as it is: 8 bit sRGB (h, w, 3), first row on top."""
+        """Give the window's content: 8 bit sRGB (h, w, 3), first row on top."""
         with self.window.gl.current():
             self._draw()
             return self.window.image()

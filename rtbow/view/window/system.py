@@ -18,7 +18,7 @@ from rtbow.view.window.image import Rect
 _LEAST_SIZE_PX = (1, 1)
 _NO_ERROR = 0
 _LOST = ("GL_CONTEXT_LOST", "GL_UNKNOWN_ERROR")
-"""What moderngl calls an error that OpenGL 3.3 has not: since 4.5 that is of a lost context."""
+"""moderngl's names for errors that OpenGL 3.3 does not have: since 4.5, a lost context."""
 _GONE = "the window's GL context is lost: the graphics driver was reset, or the display has gone"
 
 
@@ -61,7 +61,7 @@ class Window:
         self._measure()
 
     def _reset_query(self) -> Callable[[], int]:
-        """Give GL's function that tells whether the device was reset; 0 is that it was not."""
+        """Give GL's query of the device's state, which returns 0 unless the device was reset."""
         extensions = self.gl.ctx.extensions
         for extension, suffix in (("GL_ARB_robustness", "ARB"), ("GL_KHR_robustness", "")):
             if extension in extensions:
@@ -71,15 +71,14 @@ class Window:
         return lambda: 0
 
     def _measure(self) -> None:
-        """Ask for sizes, once for each time that events are taken: the X server's answer may take
-        milliseconds."""
+        """Ask for sizes, once per batch of events: the X server may take milliseconds."""
         self.size: tuple[int, int] = glfw.get_window_size(self.handle)
         self.size_px: tuple[int, int] = glfw.get_framebuffer_size(self.handle)
         self._iconified = bool(glfw.get_window_attrib(self.handle, glfw.ICONIFIED))
         self._scale = float(glfw.get_window_content_scale(self.handle)[0])
 
     def _screen_area(self) -> tuple[int, int, int, int]:
-        """Left, top, width and height of what the screen has free."""
+        """Left, top, width and height of the screen's free area."""
         monitor = glfw.get_primary_monitor()
         if not monitor:
             return 0, 0, 1280, 720
@@ -93,7 +92,7 @@ class Window:
 
     @property
     def visible(self) -> bool:
-        """Whether there is anything to draw into: it is neither minimised nor of no size."""
+        """Whether there is anything to draw into: the window is not minimised and has a size."""
         return min(self.size_px) > 0 and not self._iconified
 
     @property
@@ -103,21 +102,21 @@ class Window:
 
     @property
     def content_scale(self) -> float:
-        """How much larger than on an ordinary screen letters have to be, in screen coordinates."""
+        """Size of letters, in screen coordinates, relative to an ordinary screen."""
         return max(self._scale / self.pixels_per_unit, 0.5)
 
     @property
     def cursor(self) -> tuple[float, float]:
-        """The mouse, in screen coordinates from the upper left corner."""
+        """Position of the mouse, in screen coordinates from the upper left corner."""
         x, y = glfw.get_cursor_pos(self.handle)
         return float(x), float(y)
 
     def close(self) -> None:
-        """Ask it to close."""
+        """Ask the window to close."""
         glfw.set_window_should_close(self.handle, True)
 
     def wait(self, seconds: float) -> None:
-        """Wait for events, for a while at most, and handle them."""
+        """Wait for events, at most for a number of seconds, and handle them."""
         if seconds > 0.0:
             glfw.wait_events_timeout(seconds)
         else:
@@ -125,7 +124,7 @@ class Window:
         self._measure()
 
     def toggle_full_screen(self) -> None:
-        """Fill the screen, or go back to the size before."""
+        """Fill the screen, or return to the previous size."""
         if self._before is not None:
             left, top, width, height = self._before
             nowhere: Any = None
@@ -147,7 +146,7 @@ class Window:
 
     def copy(self, text: str) -> None:
         """Put a text on the clipboard."""
-        nowhere: Any = None  # since GLFW 3.3 the clipboard is of no window
+        nowhere: Any = None  # since GLFW 3.3 the clipboard belongs to no window
         glfw.set_clipboard_string(nowhere, text)
 
     def retitle(self, title: str) -> None:
@@ -165,7 +164,7 @@ class Window:
         return screen
 
     def show(self) -> None:
-        """Put on the screen what was drawn.
+        """Show what was drawn.
 
         Raises:
             UnavailableError: the context is lost.

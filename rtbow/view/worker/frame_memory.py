@@ -10,9 +10,9 @@ import numpy as np
 from rtbow.base.arrays import Float32
 
 _BUFFERS = 3
-"""Frames in shared memory: one shown, one on its way, one being written."""
+"""Slots of shared memory: one frame shown, one on its way, one being written."""
 _LEAST_BYTES = 1 << 16
-"""Of a frame's memory."""
+"""Least size of a frame's memory."""
 
 
 @dataclass
@@ -34,7 +34,7 @@ class FrameRing:
         return self.turn, memory.name
 
     def free(self) -> None:
-        """Release all."""
+        """Release all memory."""
         for slot in range(_BUFFERS):
             self._free(slot)
 
@@ -72,7 +72,7 @@ class FrameReader:
         return np.ndarray((height, width, 3), np.float32, memory.buf).copy()
 
     def close(self) -> None:
-        """Let all go."""
+        """Let go of all memory."""
         for memory in self._memories.values():
             memory.close()
         self._memories.clear()

@@ -1,7 +1,7 @@
 """The process that renders for the window, so that no rebuild ever stops the window.
 
-Compiling a shader and building tables take a second and hold Python's lock meanwhile: a thread
-would freeze the window, a process of its own does not. Frames come back through shared memory.
+Compiling a shader or building tables takes a second and holds Python's lock meanwhile: in a thread
+that would freeze the window. Frames come back through shared memory.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rtbow.gl.context import Backend
 
 _STUCK_S = (5.0, 60.0)
-"""How long a frame may wait for what the process is at, at first and at most."""
+"""How long a frame may wait while the process does something else, at first and at most."""
 
 
 class Worker:
@@ -55,7 +55,7 @@ class Worker:
         self._frame: DrawFrame | None = None
         self._stuck_s = _STUCK_S[0]
         self._start()
-        # Python waits for processes when it ends, and this one for its pipe.
+        # At exit, Python waits for its processes, and this one waits for its pipe.
         atexit.register(self.close)
 
     def _start(self) -> None:
@@ -63,7 +63,7 @@ class Worker:
         self._waits_since_s: float | None = None
         context = get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        # No daemon: those may not have processes of their own, which build Lorenz-Mie tables.
+        # No daemon: it has processes of its own, which build Lorenz-Mie tables.
         self._process = context.Process(
             target=serve, args=(theirs, self._backend), name="rtbow renderer"
         )
@@ -77,7 +77,7 @@ class Worker:
 
     @property
     def process_id(self) -> int | None:
-        """The process's number."""
+        """The process's id."""
         return self._process.pid
 
     def next_number(self) -> int:
@@ -86,7 +86,7 @@ class Worker:
         return self._number
 
     def send(self, request: Request) -> None:
-        """Hand a request over; replies come by :meth:`replies`."""
+        """Send a request; its replies come from :meth:`replies`."""
         if self._pipe.closed:
             self._start()
         if not isinstance(request, Reload):
@@ -95,12 +95,12 @@ class Worker:
             self._frame = request
             if self._has_begun and self._waits_since_s is None:
                 self._waits_since_s = time.monotonic()
-        # If the process has gone, replies() tells.
+        # A process that has gone is noticed by replies().
         with suppress(BrokenPipeError, ConnectionError):
             self._pipe.send(request)
 
     def replies(self) -> list[Reply]:
-        """Give all replies that have come since."""
+        """Give all replies that have come since the last call."""
         found: list[Reply] = []
         try:
             while not self._pipe.closed and self._pipe.poll():
@@ -130,10 +130,10 @@ class Worker:
         return found
 
     def revive(self) -> bool:
-        """Start the process anew if the last frame has waited for long; give whether it had to.
+        """Replace the process if the last frame has waited too long; give whether it was.
 
-        Not all that takes minutes looks at requests meanwhile. Each process that is given up leaves
-        the next one twice the time, until a frame is drawn.
+        Some work takes minutes without looking at requests. Each process that is given up doubles
+        the time that the next one has, until a frame is drawn.
         """
         since, frame = self._waits_since_s, self._frame
         if since is None or frame is None or time.monotonic() - since < self._stuck_s:
@@ -147,7 +147,7 @@ class Worker:
         return True
 
     def wait(self, seconds: float) -> bool:
-        """Wait for a reply, and tell whether one came."""
+        """Wait for a reply; give whether one came."""
         return not self._pipe.closed and self._pipe.poll(seconds)
 
     def _end(self) -> None:
@@ -173,7 +173,7 @@ class Worker:
 
 
 def _see_off(process: BaseProcess) -> None:
-    """Wait for the end of a process whose pipe is closed, and see to it."""
+    """Wait until a process whose pipe is closed ends, and stop it if it does not."""
     # It ends by itself, and releases the memory.
     process.join(2.0 * LAST_WORDS_S)
     for stop in (process.terminate, process.kill):

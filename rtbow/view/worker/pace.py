@@ -1,6 +1,6 @@
-"""At what scale the next frame is drawn: quick while the scene changes, sharp once it does not.
+"""The scale of the next frame: quick while the scene changes, sharp once it rests.
 
-Nothing here looks at a clock: times come in as arguments, all in seconds of one clock.
+Times are arguments, all in seconds of one clock: nothing here reads a clock.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ STEPS = (0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 
 _FIRST_SCALE = 0.5
 _WINDOW = 5
-"""Frames of one scale whose median time counts: single slow ones, as after a rebuild, do not."""
+"""Frames of one scale whose median time counts, so that a single slow one does not."""
 _SLOW = 1.1
 """Times above this share of the target make pictures smaller ..."""
 _STALLED = 1.5
@@ -24,11 +24,11 @@ _QUICK = 0.85
 """... and larger ones are drawn if they are expected to take less than this share. Between both
 nothing changes."""
 _REMEMBERED_FRAMES = 600
-"""For how many frames it is known how much longer the next scale took."""
+"""Frames after which a measured ratio between two scales is forgotten."""
 _GIVES_WAY_S = (0.5, 4.0)
-"""After which time a quick frame gives way to a change, at first and at most."""
+"""Time after which a quick frame gives way to a change, at first and at most."""
 _TRIED_AFTER_FRAMES = 60
-"""When a next scale is tried of which nothing is known: most of the time may not go into pixels."""
+"""Frames after which an unmeasured larger scale is tried: not all time may go into pixels."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Pace:
         self._step = max(k for k, s in enumerate(self._steps) if s <= _FIRST_SCALE or k == 0)
         self._times: deque[float] = deque(maxlen=_WINDOW)
         self._before: tuple[int, float] | None = None
-        # How much longer the next scale takes than a step's own, and the frame that told.
+        # By step: how much longer the next scale takes, and the frame that showed it.
         self._growth: dict[int, tuple[float, int]] = {}
         self._frames = self._since = 0
         self._state = 0
@@ -85,7 +85,7 @@ class Pace:
         return self._under_way is not None and self._under_way.sharp
 
     def change(self, now_s: float) -> None:
-        """Say that the scene, the camera or the view's size has changed."""
+        """Note that the scene, the camera or the view's size has changed."""
         self._state += 1
         self._changed_s = now_s
 
@@ -129,7 +129,7 @@ class Pace:
         return max(due_s - now_s, 0.0)
 
     def drawn(self, order: Order, seconds: float) -> None:
-        """Take over that a frame is shown, and how long it took."""
+        """Note that a frame is shown, and how long it took."""
         self._end(order)
         self._shown = order
         if not order.sharp:
@@ -142,10 +142,10 @@ class Pace:
         self._choose()
 
     def dropped(self, order: Order) -> None:
-        """Take over that a frame will not come: it was superseded, or could not be drawn.
+        """Note that a frame will not come: it was superseded, or could not be drawn.
 
-        Its state of the scene is not asked for again until the next change, but for the full
-        picture, if that was not it.
+        Its state of the scene is not asked for again until the next change, except for the full
+        picture if this was a quick one.
         """
         self._end(order)
         self._shown = order
@@ -169,7 +169,7 @@ class Pace:
             self._grows(self._step, seconds / here)
 
     def _grows(self, step: int, ratio: float) -> None:
-        # A scene that changed in between may say anything.
+        # A scene that changed in between may give any ratio.
         self._growth[step] = min(max(ratio, 1.0), self._worst(step)), self._frames
 
     def _worst(self, step: int) -> float:
@@ -188,7 +188,7 @@ class Pace:
             known = self._growth.get(self._step)
             if known is not None and self._frames - known[1] > _REMEMBERED_FRAMES:
                 known = None
-            # Of an unknown one half is put down to pixels; after a while it is tried, and known.
+            # Where nothing is known, half of the time is put down to pixels; later it is measured.
             growth = known[0] if known else self._worst(self._step) ** 0.5
             patient = known is None and self._frames - self._since >= _TRIED_AFTER_FRAMES
             if usual * growth <= _QUICK * self.target_s or (patient and usual <= self.target_s):

@@ -1,4 +1,4 @@
-"""What the renderer's process does: requests in, frames out, the newest first."""
+"""The renderer's process: requests in, frames out, the newest first."""
 
 from __future__ import annotations
 
@@ -39,16 +39,16 @@ if TYPE_CHECKING:
     from rtbow.scene.model import Scene
 
 LAST_WORDS_S = 2.0
-"""In which a process may end by itself."""
+"""Time that a process has to end by itself."""
 _NICE = 10
-"""So that the window comes first where cores are few: with 5, llvmpipe's threads still kept it, and
-the X server, waiting for some tenths of a second."""
+"""Puts the window first where cores are few: at 5, llvmpipe's threads still delayed it and the X
+server by some tenths of a second."""
 _REST_S = 0.3
-"""Without requests, after which the renderer prepares for moves."""
+"""Time without requests after which the renderer prepares for moves."""
 _GAP_S = 0.05
-"""Between two reports of progress."""
+"""Shortest time between two reports of progress."""
 _EXPOSURE_STRIDE = 3
-"""Of the pixels whose brightness sets the automatic exposure of a live frame."""
+"""The automatic exposure of a live frame counts every third pixel of every third row."""
 
 
 class SupersededError(Exception):
@@ -72,20 +72,20 @@ class Server:
         self._resting = False
 
     def listen(self) -> None:
-        """Take requests out of the pipe, so that the window never waits, and see the window go."""
+        """Receive requests so that the window never waits; end the process when the window goes."""
         try:
             while True:
                 self._coming.put(self._pipe.recv())
         except (EOFError, OSError):
             self._coming.put(None)
-        # What is being done may not look at requests for minutes.
+        # The work under way may not look at requests for minutes.
         time.sleep(LAST_WORDS_S)
         with suppress(Exception):
             self._ring.free()
         os._exit(1)
 
     def serve(self) -> None:
-        """Do what is asked for until the window goes."""
+        """Handle requests until the window goes."""
         try:
             while True:
                 if not self._waiting:
@@ -117,25 +117,25 @@ class Server:
             self._take(self._coming.get())
 
     def _prepare_moves(self) -> None:
-        """Make the tables that moves of camera and light take, before somebody waits for them."""
+        """Make the tables that moves of camera and light need, before anybody waits for them."""
         if self._renderer is None or not self._resting:
             return
         self._resting = False
         try:
             self._renderer.prepare_moves()
         except RtbowError:
-            pass  # it will be said when it is asked for
+            pass  # reported once such a frame is asked for
         except Exception:
             self._pipe.send(Failed(0, "defect", traceback.format_exc()))
 
     def _receive(self) -> None:
-        """Take over what has come."""
+        """Queue all requests that have come."""
         with suppress(Empty):
             while True:
                 self._take(self._coming.get_nowait())
 
     def _take(self, request: Request | None) -> None:
-        """Take over a request; a newer frame or spectrum replaces one that waits."""
+        """Queue a request; a newer frame or spectrum replaces one that waits."""
         if request is None:
             raise _GoneError
         if isinstance(request, DrawFrame | TakeSpectrum):
@@ -189,7 +189,7 @@ class Server:
 
         for path in request.paths:
             check_writable(path, FRAME_SUFFIXES)
-        # A new one, as of a command: tables for moves differ in their last digits.
+        # A renderer of its own, as rtbow render has: tables for moves differ in the last digits.
         with Renderer(request.scene, self._backend) as renderer:
             rgb = renderer.render(
                 request.method,
@@ -210,7 +210,7 @@ class Server:
         self._pipe.send(SpectrumTaken(request.number, wavelength_nm, radiance))
 
     def _progress(self, request: Request, what: str, *, until_newer: bool = True) -> Progress:
-        """Give a wrapper of loops that reports how far they are, and ends them if superseded."""
+        """Wrap loops so that they report progress, and end once they are superseded."""
 
         def wrap(items: Any) -> Iterator[Any]:
             listed = list(items)
@@ -242,9 +242,9 @@ class Server:
 
 def serve(pipe: Connection, backend: Backend) -> None:
     """Run the process until the other end of the pipe goes."""
-    # Ctrl-C on the terminal reaches both processes; the window decides.
+    # Ctrl-C in the terminal reaches both processes; the window decides what it means.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Asked to end, it releases its memory first.
+    # On SIGTERM it releases its memory before it ends.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     if hasattr(os, "nice"):
         os.nice(_NICE)

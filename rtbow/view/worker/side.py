@@ -1,4 +1,4 @@
-"""What must not keep pictures waiting: frames that are saved and spectra, in a second process."""
+"""Work that must not delay the picture: frames to save and spectra, in a second process."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _PATIENCE_S = 0.1
 
 
 class SideJobs:
-    """The second process, which is started by what is first asked of it.
+    """The second process, which the first request starts.
 
     Args:
-        state: where what comes of it is shown.
+        state: shows the results.
         backend: how the process gets a GL context.
     """
 
@@ -49,7 +49,7 @@ class SideJobs:
 
     @property
     def busy(self) -> bool:
-        """Whether something is not yet done."""
+        """Whether any request is not yet done."""
         return self._worker is not None and self._worker.busy
 
     @property
@@ -65,7 +65,7 @@ class SideJobs:
     def take_spectrum(self, scene: Scene, direction: tuple[float, float, float]) -> int:
         """Have the spectrum along a direction computed by the reference; give the request's number.
 
-        What comes of it is the state's ``spectrum``, or its ``spectrum_problem``.
+        The result becomes the state's ``spectrum``, or its ``spectrum_problem``.
         """
         worker = self._process()
         self._state.spectrum, self._state.spectrum_problem = None, ""
@@ -81,12 +81,12 @@ class SideJobs:
     ) -> None:
         """Render at the scene's own size and write .exr and .png.
 
-        Files that are being written are not written again meanwhile: others are named beside them.
+        Where one of the files is still being written, the frame gets another name beside it.
 
         Args:
-            scene: what is rendered.
-            paths: where, one for each format.
-            command: gives the command line that makes files again, which they tell of.
+            scene: to render.
+            paths: of the files, one for each format.
+            command: gives the command line that makes these files, which is stored in them.
         """
         taken = self.saving
         if any(os.path.abspath(path) in taken for path in paths):
@@ -101,18 +101,18 @@ class SideJobs:
         state.notify(f"rendering {', '.join(paths)}")
 
     def reload(self) -> None:
-        """Have shaders and tables made anew: files have changed."""
+        """Have shaders and tables made anew after files have changed."""
         if self._worker is not None:
             self._worker.send(Reload(self._worker.next_number()))
 
     def hear(self) -> None:
-        """Take over what has come of it since."""
+        """Handle all replies that have come since the last call."""
         for reply in self._worker.replies() if self._worker is not None else ():
             self.take(reply)
             self._state.wake()
 
     def take(self, reply: Reply) -> None:
-        """Take over one reply of the process."""
+        """Handle one reply of the process."""
         state = self._state
         if isinstance(reply, Progressed):
             state.show_progress(_PROGRESS, (reply.share, reply.what))
@@ -135,7 +135,7 @@ class SideJobs:
         """Wait for what is being saved.
 
         Args:
-            say: told what is waited for, and what came of it.
+            say: shows the user a line: what is being waited for, and how that ended.
 
         Raises:
             RtbowError: it could not be saved.
@@ -155,7 +155,7 @@ class SideJobs:
             raise failure
 
     def close(self) -> None:
-        """End the process; what it is at is given up."""
+        """End the process; unfinished work is given up."""
         if self._worker is not None:
             self._worker.close()
 

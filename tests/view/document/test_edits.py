@@ -144,7 +144,7 @@ def test_another_file_is_replaced_only_if_it_is_said(edits, tmp_path: Path, monk
     own, other = tmp_path / "own.toml", tmp_path / "other.toml"
     other.write_text("precious\n")
     assert edits.replaces(other)
-    with pytest.raises(InputError, match=r"other\.toml: there is such a file.*replace it"):
+    with pytest.raises(InputError, match=r"other\.toml: this file exists.*replace it"):
         edits.save(other)
     assert other.read_text() == "precious\n"
     assert edits.opened.name == "uniform"
@@ -323,14 +323,14 @@ def test_a_file_that_somebody_else_has_changed_is_not_replaced(tmp_path: Path):
     edits.save(path)
     path.write_text(path.read_text() + "# a note\n")
     edits.change({"camera.fov_deg": 52.0})
-    with pytest.raises(InputError, match="changed by somebody else"):
+    with pytest.raises(InputError, match="changed by another program"):
         edits.save(path)
     assert path.read_text().endswith("# a note\n")
     edits.open(Opened(load_scene(path), str(path)))
     edits.change({"camera.fov_deg": 53.0})
     edits.save(path)
     path.write_text("broken")
-    with pytest.raises(InputError, match="changed by somebody else"):
+    with pytest.raises(InputError, match="changed by another program"):
         edits.save(path)
     edits.save(path, replace=True)
     assert load_scene(path).camera.fov_deg == 53.0
@@ -373,7 +373,7 @@ def test_the_question_tells_whose_file_it_is(tmp_path: Path):
     assert not edits.replaces(path)
     path.write_text(COMMENTED + "# somebody else\n")
     assert edits.replaces(path)
-    assert "changed by somebody else" in edits.question(path)
+    assert "changed by another program" in edits.question(path)
     assert "not opened here" in edits.question(other)
-    with pytest.raises(InputError, match="changed by somebody else"):
+    with pytest.raises(InputError, match="changed by another program"):
         edits.save(path)

@@ -196,8 +196,8 @@ def test_a_volume_file_that_is_not_there_is_refused(egl, tmp_path, monkeypatch):
     with staged(egl, "shower") as stage:
         before = stage.edits.scene
         for text, told in (
-            ("none.npz", "volume file not found"), ("notes.npz", "is not a volume file"),
-            ("half.npz", "lacks number_per_m3"), (".", "is not a volume file"),
+            ("none.npz", "volume file not found"), ("notes.npz", "not a volume file"),
+            ("half.npz", "lacks number_per_m3"), (".", "not a volume file"),
         ):  # fmt: skip
             stage.click("droplets.file")
             stage.type(text)

@@ -329,7 +329,7 @@ def test_the_head_tells_how_the_picture_came_about(uniform):
     state.show_progress("frame", (0.25, "building the table"))
     uniform.frames(2)
     assert uniform.seen["section/Scenes"][1] == with_reason  # nothing moves under the hand
-    state.tell("frame", "droplets.file: there is no such file")
+    state.report("frame", "droplets.file: there is no such file")
     state.notices = [Notice("done", "info", 1e9), Notice("broken", "error", 1e9)]
     uniform.frames(2)
     assert uniform.seen["section/Scenes"][1] > with_reason + 30.0

@@ -18,11 +18,11 @@ from rtbow.view.panel.widgets import text
 from rtbow.view.window import look
 
 FOLDER = "thumbnails"
-"""Inside the folder of scenes; a picture is called as its scene."""
+"""Folder of the pictures within that of the scenes; each has its scene's name."""
 _COLUMNS = 2
 _SHAPE = 9 / 16
 _LOADED_AT_ONCE = 2
-"""Pictures read in one frame, so that none takes long."""
+"""Most pictures that are read in one frame, so that none takes long."""
 
 
 class Gallery:
@@ -123,7 +123,7 @@ class Gallery:
         return self._pictures[name]
 
     def close(self) -> None:
-        """Forget the pictures, while ImGui's context still is."""
+        """Forget the pictures, while ImGui's context still exists."""
         for picture in self._pictures.values():
             if picture is not None:
                 imgui.internal.unregister_user_texture(picture)
@@ -131,7 +131,7 @@ class Gallery:
 
 
 def _groups(names: Iterable[str]) -> dict[str, list[str]]:
-    """Give the scenes by folder; those of none first."""
+    """Give the scenes by folder; those without one come first."""
     groups: dict[str, list[str]] = {"": []}
     for name in names:
         groups.setdefault(name.rpartition("/")[0], []).append(name)
@@ -139,12 +139,12 @@ def _groups(names: Iterable[str]) -> dict[str, list[str]]:
 
 
 def thumbnail_path(name: str) -> Path:
-    """Give where a built-in scene's small picture lies."""
+    """Give the path of a built-in scene's small picture."""
     return resource_dir("scenes") / FOLDER / f"{name}.png"
 
 
 def _load(name: str) -> imgui.ImTextureData | None:
-    """Hand a scene's picture to ImGui; None if there is none."""
+    """Load a scene's picture as a texture of ImGui; None if there is none."""
     from PIL import Image
 
     path = thumbnail_path(name)

@@ -25,11 +25,11 @@ _FRAME = own_row(
 )
 _SCENE = own_row("keep.scene", "scene", "where the scene is written, as .toml (Ctrl+S)")
 _LOOK_S = 1.0
-"""Between looks at which names are free."""
+"""Time for which a free name is remembered."""
 
 
 class Keep:
-    """Saves frames and scenes, under names that can be typed.
+    """Fields and buttons that save frames and scenes.
 
     Args:
         actions: what the window does.
@@ -87,13 +87,13 @@ class Keep:
         rows.note("keep/save frame")
 
     def draw_question(self, rows: Rows, edits: Edits, state: ViewState) -> None:
-        """Ask whether a file shall be replaced, if that is the question."""
+        """Ask whether to replace existing files, if that is the question."""
         paths = state.replacing
         if not paths:
             return
         scene = paths[0].lower().endswith(".toml")
         there = ", ".join(path for path in paths if os.path.lexists(path))
-        question = edits.question(Path(paths[0])) if scene else f"{there}: there already"
+        question = edits.question(Path(paths[0])) if scene else f"{there}: already there"
         rows.wrapped(f"{question}.", look.WARNING)
         width = (rows.right_edge - rows.left - rows.gap) / 2
         for name in ("Replace it", "Leave it"):

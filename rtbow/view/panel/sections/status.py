@@ -12,20 +12,20 @@ from rtbow.view.panel.layout import Rows
 from rtbow.view.window import look
 
 _WINDOW_S = 1.0
-"""Over which frames are counted."""
-_ERROR = "Of 100 pixels, 99 differ by less from the truth (CIEDE2000): render.max_delta_e"
+"""Time over which frames are counted."""
+_ERROR = "99 of 100 pixels differ from the exact picture by less than this (CIEDE2000)"
 _PATIENCE_S = 0.25
-"""Until a picture that is waited for is told of."""
+"""Time that a picture may take before the panel shows that it is being rendered."""
 
 
 class Status:
-    """Draws the head; remembers when frames came."""
+    """Draws the head of the panel; remembers when frames came."""
 
     def __init__(self) -> None:
         self._frames: deque[tuple[float, int]] = deque()
 
     def draw(self, rows: Rows, state: ViewState) -> None:
-        """Draw it.
+        """Draw the head.
 
         Args:
             rows: of the frame.
@@ -91,7 +91,7 @@ class Status:
         return (state.frames_shown - first) / (now - begun) if moving and now > begun else None
 
     def _work(self, state: ViewState) -> bool:
-        """Draw the bar of what takes long, in place of a line; give whether anything does."""
+        """Draw a progress bar if something takes long; give whether there is one."""
         size = (-1.0, imgui.get_text_line_height())
         if state.progress is not None:
             share, what = state.progress
@@ -106,9 +106,9 @@ class Status:
 
 
 def error_text(state: ViewState) -> tuple[str, bool]:
-    """Tell of the frame's error bound, and whether the picture on the screen keeps it.
+    """Give the frame's error bound as text, and whether the picture on the screen keeps it.
 
-    A picture that is drawn smaller and enlarged differs by more.
+    A picture that was drawn smaller and enlarged differs by more.
 
     Returns:
         The text, empty where there is no bound to keep, and whether it holds as shown.

@@ -45,8 +45,8 @@ _OFFSET = _row(
 )
 _USE = own_row(
     "by date.use", "by date and place",
-    "take altitude and azimuth from a date, time and place; it goes off where the sun is moved by"
-    " other means",
+    "take altitude and azimuth from a date, time and place; off once the sun is moved by other"
+    " means",
 )  # fmt: skip
 _MOST_REMEMBERED = 2000
 _SETTINGS = ("latitude_deg", "longitude_deg", "day", "minutes", "offset_h")
@@ -63,8 +63,8 @@ class SunByDate:
         minutes: since midnight, on the clock there.
         offset_h: of that clock from UTC.
 
-    The scene has the sun's direction alone. Which settings led to it is remembered, so that they
-    go back with the sun where a change is undone.
+    The scene has only the sun's direction. The settings that led to it are remembered, so that
+    they follow the sun when a change is undone.
     """
 
     on: bool = False
@@ -99,7 +99,7 @@ class SunByDate:
         return round(found.altitude_deg, _DIGITS), round(found.azimuth_deg, _DIGITS)
 
     def _look(self, at_deg: Direction) -> None:
-        """Follow a sun that was moved by other means: with the settings that led there, or off."""
+        """Follow a sun that was moved by other means, with the settings that led there or off."""
         if at_deg == self._at_deg:
             return
         self._at_deg = at_deg
@@ -111,7 +111,7 @@ class SunByDate:
     def _led(self, at_deg: Direction) -> None:
         """Remember which settings led to a direction."""
         self._at_deg = at_deg
-        self._led_to.pop(at_deg, None)  # the last one to go is the last that came
+        self._led_to.pop(at_deg, None)  # the newest goes last
         self._led_to[at_deg] = tuple(getattr(self, name) for name in _SETTINGS)
         if len(self._led_to) > _MOST_REMEMBERED:
             del self._led_to[next(iter(self._led_to))]
@@ -197,7 +197,7 @@ class SunByDate:
                 rows.end_row()
 
         def to_day(value: object) -> object:
-            """Make a date of the day's number in the year."""
+            """Give the date of a day of the year."""
             first = date(self.day.year, 1, 1)
             return first + timedelta(days=value - 1) if isinstance(value, int) else value
 
