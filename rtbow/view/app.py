@@ -94,7 +94,7 @@ class Viewer:
         self.files = SceneFiles(self.edits, self.state, watching=watch)
         self.jobs = SideJobs(self.state, backend)
         self.panel = Panel(self)
-        self._worker = Worker(backend)
+        self.worker = Worker(backend)
         self._pace = Pace(_HEADROOM / self.state.target_fps)
         self._failure: RtbowError | None = None
         self._split: tuple[int, object] = (0, None)
@@ -200,7 +200,7 @@ class Viewer:
         try:
             self.jobs.finish(say)
         finally:
-            self._worker.close()
+            self.worker.close()
             self.jobs.close()
 
     def recover(self, *, cameras: bool = False) -> list[Unsaved]:
@@ -259,17 +259,17 @@ class Viewer:
         order = self._pace.next_order(now)
         if order is None:
             return
-        number = self._worker.next_number()
+        number = self.worker.next_number()
         # The frame under way, if any, gives way to this one.
         self._orders = {number: (order, now)}
         self.state.waiting_since_s = now
-        self._worker.send(DrawFrame(number, self._live_scene(order.scale), self.state.method))
+        self.worker.send(DrawFrame(number, self._live_scene(order.scale), self.state.method))
 
     def _hear(self, now: float) -> None:
-        for reply in self._worker.replies():
+        for reply in self.worker.replies():
             self.state.wake()
             self._take(reply, now)
-        if self._worker.revive():
+        if self.worker.revive():
             self.state.show_progress(_FRAME, None)
         self.jobs.hear()
 
@@ -306,7 +306,7 @@ class Viewer:
     def _look_at_files(self, now: float) -> None:
         changed = self.files.look_at_files(now)
         if changed & {"shaders", "data"}:
-            self._worker.send(Reload(self._worker.next_number()))
+            self.worker.send(Reload(self.worker.next_number()))
             self.jobs.reload()
             self._generation += 1
         if "shaders" in changed:

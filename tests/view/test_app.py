@@ -108,6 +108,16 @@ class Session:
             self.steps(1)
         self.steps(2)
 
+    def fail(self, kind: str, message: str) -> None:
+        """Have the renderer say that it cannot draw the next frame."""
+        worker = self.viewer.worker
+        self.viewer.change({"light.0.altitude_deg": 12.5})
+        self.until(lambda: worker.busy)
+        reply = Failed(max(worker.pending), kind, message)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(worker, "replies", lambda: [reply])
+            self.viewer.step()
+
     def right_click(self, x: float, y: float) -> None:
         self.move(x, y)
         self.hands.button(True, 3)
@@ -666,9 +676,7 @@ def test_each_mistake_stands_until_the_same_goes_well(live):
     viewer.change({"light.0.altitude_deg": 12.0})
     live.settle()
     assert viewer.state.stale == "mine.toml: wrong"
-    order = Order(-1, 1.0, False)
-    viewer._orders[10**6] = order, 0.0
-    viewer._take(Failed(10**6, "input", "not with these drops"), 0.0)
+    live.fail("input", "not with these drops")
     assert viewer.state.stale == "mine.toml: wrong\nnot with these drops"
     viewer.change({"light.0.altitude_deg": 13.0})
     live.settle()
@@ -692,12 +700,10 @@ def test_answers_of_one_process_are_not_taken_for_the_other_s(live):
 
 
 def test_a_machine_that_draws_nothing_at_all_ends_the_window(live):
-    viewer, frame = live.viewer, live.viewer.state.frame
-    viewer.state.frame = None
-    viewer._orders[10**6] = Order(-1, 1.0, False), 0.0
+    live.viewer.state.frame = None
     with pytest.raises(UnavailableError, match="libegl1"):
-        viewer._take(Failed(10**6, "machine", "install libegl1"), 0.0)
-    viewer.state.frame, viewer._failure = frame, None
+        live.fail("machine", "install libegl1")
+    live.settle()  # the picture that was drawn nevertheless
 
 
 def test_a_lost_context_is_told(live, monkeypatch):
@@ -710,13 +716,13 @@ def test_a_lost_context_is_told(live, monkeypatch):
 
 def test_a_renderer_that_is_lost_is_told_and_comes_back(live):
     viewer = live.viewer
-    lost = viewer._worker.process_id
+    lost = viewer.worker.process_id
     os.kill(lost, signal.SIGKILL)
     live.until(lambda: bool(viewer.state.notices))
     assert "process ended" in viewer.state.notices[-1].text
     viewer.change({"light.0.altitude_deg": 12.0})
     live.settle()
-    assert viewer._worker.process_id != lost
+    assert viewer.worker.process_id != lost
 
 
 def test_unsaved_changes_are_kept(live, tmp_path):
@@ -818,9 +824,9 @@ def test_a_thousand_pictures_take_no_memory(live):
         viewer.change({"light.0.altitude_deg": 10.0 + 5.0 * np.sin(0.05 * k)}, "turn")
         live.steps(1)
         if k == 200:
-            first = PeakMemory().start_mib, resident_mib(viewer._worker.process_id)
+            first = PeakMemory().start_mib, resident_mib(viewer.worker.process_id)
     assert PeakMemory().start_mib - first[0] < 5.0
-    assert resident_mib(viewer._worker.process_id) - first[1] < 5.0  # nor in the one that renders
+    assert resident_mib(viewer.worker.process_id) - first[1] < 5.0  # nor in the one that renders
 
 
 def resident_mib(process: int) -> float:

@@ -180,8 +180,7 @@ class SceneFiles:
             cameras: whether scenes are written in which only the camera was moved.
         """
         self._recovered = True
-        if self._edits.unsaved:
-            self._keep_unsaved()
+        self._keep_unsaved()
         return self._autosave.finish(cameras=cameras)
 
     def close(self) -> None:

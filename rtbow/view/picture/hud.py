@@ -201,7 +201,7 @@ class Hud:
         taken = list(self._boxes)  # where they were in the last picture
         for one in self._lines[1]:
             if one.at is not None and one.label:
-                _label(canvas, area, one.at, one.label, _line_colour(one), taken)
+                draw_label(canvas, area, one.at, one.label, _line_colour(one), taken)
 
     def _draw_bar(self, canvas: imgui.ImDrawList, host: Host, area: Area) -> None:
         compare = host.edits.scene.compare
@@ -390,7 +390,7 @@ def _line_colour(overlay: Overlay) -> imgui.ImVec4:
     return imgui.ImVec4(*_COLOURS[overlay.kind])
 
 
-def _label(
+def draw_label(
     canvas: imgui.ImDrawList,
     area: Area,
     at: tuple[float, float],
@@ -408,7 +408,8 @@ def _label(
     first = min(max(area[1] + at[1] - size.y - 2.0, low), high)
     down = (first + k * size.y for k in range(int((high - first) / size.y) + 1))
     up = (first - k * size.y for k in range(1, int((first - low) / size.y) + 1))
-    free = (y for y in chain(down, up) if not any(_meet((x, y, size.x, size.y), t) for t in taken))
+    places = ((x, y, size.x, size.y) for y in chain(down, up))
+    free = (place[1] for place in places if not any(overlap(place, other) for other in taken))
     y = next(free, first)
     taken.append((x, y, size.x, size.y))
     shadow = imgui.get_color_u32(imgui.ImVec4(0.0, 0.0, 0.0, 0.8))
@@ -417,7 +418,7 @@ def _label(
     canvas.add_text(imgui.ImVec2(x, y), imgui.get_color_u32(bright), text)
 
 
-def _meet(a: Area, b: Area) -> bool:
+def overlap(a: Area, b: Area) -> bool:
     """Whether two areas overlap."""
     return all(a[k] < b[k] + b[k + 2] and b[k] < a[k] + a[k + 2] for k in (0, 1))
 
