@@ -105,12 +105,12 @@ def merged(right: Mapping[str, Any], changes: Mapping[str, object]) -> dict[str,
         right: what differed.
         changes: values by dotted key; None gives back the left side's.
     """
-    found: dict[str, object] = dict(flat(right))
+    differing: dict[str, object] = dict(flat(right))
     for key, value in changes.items():
-        found = {k: v for k, v in found.items() if not f"{k}.".startswith(f"{key}.")}
+        differing = {k: v for k, v in differing.items() if not f"{k}.".startswith(f"{key}.")}
         if value is not None:
-            found[key] = value
-    return found
+            differing[key] = value
+    return differing
 
 
 def _compare(scene: Scene) -> Compare:
@@ -118,9 +118,9 @@ def _compare(scene: Scene) -> Compare:
     return scene.compare
 
 
-def _touches(one: str, other: str) -> bool:
+def _touches(key: str, other: str) -> bool:
     """Whether one key is the other, inside it or around it."""
-    return f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
+    return f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.")
 
 
 def split_path(key: str) -> Path:

@@ -29,11 +29,11 @@ def rewritten(text: str, scene: Scene, folder: Path) -> str | None:
         before = scene_from_text(text, folder=folder)
         document = tomlkit.parse(text)
         _merge(document, values_of(before, folder), values_of(scene, folder))
-        found = tomlkit.dumps(document)
-        same = scene_from_text(found, folder=folder) == scene
+        written = tomlkit.dumps(document)
+        same = scene_from_text(written, folder=folder) == scene
     except Exception:  # whatever it is: the scene can still be written out whole
         return None
-    return found if same else None
+    return written if same else None
 
 
 def _merge(at: Any, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:

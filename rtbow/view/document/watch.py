@@ -39,7 +39,7 @@ class Watch:
             return set()
         self._due_s = now_s + _PERIOD_S
         gone_before, self._gone_since = self._gone_since, {}
-        found = set()
+        groups = set()
         for name, stamps in self._groups.items():
             for path, before in stamps.items():
                 stamp = _stamp(path)
@@ -49,8 +49,8 @@ class Watch:
                         continue
                 if stamp != before:
                     stamps[path] = stamp
-                    found.add(name)
-        return found
+                    groups.add(name)
+        return groups
 
 
 _GONE = (0.0, -1)

@@ -102,7 +102,7 @@ def _of_sizes(name: str, kind: str, mean: float, spread: float) -> float | None:
     half = min(math.sqrt(3.0) * spread, 0.9)
     # In rain, larger drops are ever rarer: its range is wide.
     ends = (0.2, 3.0) if kind == "marshall-palmer" else (1.0 - half, 1.0 + half)
-    found = {
+    parameters = {
         **dict.fromkeys(_MEANS, mean),
         "min_um": mean * ends[0],
         "max_um": mean * ends[1],
@@ -111,7 +111,7 @@ def _of_sizes(name: str, kind: str, mean: float, spread: float) -> float | None:
         "effective_variance": spread**2,
         "exponent": _EXPONENT,
     }
-    return found.get(name)
+    return parameters.get(name)
 
 
 def _within(row: Row, value: float | None) -> object:

@@ -211,7 +211,7 @@ def rows_of(
     """
     node = Node(model, (), models=(model,))
     union = Node(model, (), models=kinds or (model,))
-    found = []
+    rows = []
     for name, field in model.model_fields.items():
         child = node.child(name)
         assert child is not None
@@ -221,8 +221,8 @@ def rows_of(
             tags = union.child(name)
             assert tags is not None
             row = replace(row, kind="tag", choices=get_args(tags.annotation), node=tags)
-        found.append(row)
-    return tuple(found)
+        rows.append(row)
+    return tuple(rows)
 
 
 def _row(path: str, name: str, field: FieldInfo, node: Node) -> Row:
@@ -310,7 +310,7 @@ def _names(kind: Kind, node: Node, unit: str, description: str, inner: Node) -> 
         assert low is not None
         assert high is not None
         named = {n: re.search(rf"\b{n} (\w+)", description) for n in range(int(low), int(high) + 1)}
-        return tuple(f"{n} {found[1]}" if found else str(n) for n, found in named.items())
+        return tuple(f"{n} {match[1]}" if match else str(n) for n, match in named.items())
     if kind not in ("vector", "corners"):
         return ()
     count = len(node.items if kind == "vector" else Node.of(node.items[0]).items)

@@ -282,8 +282,8 @@ class Tables:
             kind = str(value)
             if place == "droplets.radius":
                 node = _node(type(scene), "droplets", "radius")
-                found = kinds.radius_table(scene.droplets, kind, node)
-                changes = {f"droplets.{key}": item for key, item in found.items()}
+                radius = kinds.radius_table(scene.droplets, kind, node)
+                changes = {f"droplets.{key}": item for key, item in radius.items()}
             else:
                 path = split_path(place)
                 table, node = value_at(scene, path), _node(type(scene), *path)
@@ -304,7 +304,7 @@ class Tables:
         kind_names = _kind_names(node)
         for number, item in enumerate(items):
             if len(items) > 1 and self._heading(row, number, len(items)):
-                rest = [plain_value(one) for k, one in enumerate(items) if k != number]
+                rest = [plain_value(table) for k, table in enumerate(items) if k != number]
                 rows.drafts.answer(row.path, self._proposals.change({row.path: rest}))
             self.table(f"{row.path}.{number}", item, kinds=node.models)
         for place, kind in enumerate(kind_names or ("",)):
@@ -323,7 +323,7 @@ class Tables:
             new = kinds.light_table(scene, None, kind, node)
         else:
             new = kinds.fresh(node.kind(kind))
-        every = [*(plain_value(one) for one in items), new]
+        every = [*(plain_value(table) for table in items), new]
         self._rows.drafts.answer(row.path, self._proposals.change({row.path: every}))
 
     def _heading(self, row: Row, number: int, count: int) -> bool:

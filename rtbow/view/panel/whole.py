@@ -181,8 +181,8 @@ class Panel:
         """Give a section's heading; that of the lights names their kinds."""
         if title != "Sun":
             return title
-        found = {str(light.type) for light in self._proposals.scene.light}
-        return "Sun" if found == {"sun"} else "Lamps" if found == {"point"} else "Sun and lamps"
+        types = {str(light.type) for light in self._proposals.scene.light}
+        return "Sun" if types == {"sun"} else "Lamps" if types == {"point"} else "Sun and lamps"
 
     # --- the scene ----------------------------------------------------------------------------
 

@@ -169,10 +169,10 @@ def choice(
         imgui.pop_style_color()
     if not is_open:
         return
-    for one in choices:
-        if imgui.selectable(str(one), one == value)[0] and one != value:
-            rows.drafts.choose(path, one, set_value)
-        rows.note(f"{path}={one}")
+    for item in choices:
+        if imgui.selectable(str(item), item == value)[0] and item != value:
+            rows.drafts.choose(path, item, set_value)
+        rows.note(f"{path}={item}")
     imgui.end_combo()
 
 

@@ -193,15 +193,15 @@ class Hud:
         if self._lines[0] != key:
             self._lines = key, overlays(scene, size, names, orders=orders)
         origin = np.array(area[:2])
-        for one in self._lines[1]:
-            colour = imgui.get_color_u32(_line_colour(one))
-            for line in one.lines:
+        for overlay in self._lines[1]:
+            colour = imgui.get_color_u32(_line_colour(overlay))
+            for line in overlay.lines:
                 points: list[Any] = [imgui.ImVec2(x, y) for x, y in (line + origin).tolist()]
                 canvas.add_polyline(points, colour, 1.2, 0)
         taken = list(self._boxes)  # where they were in the last picture
-        for one in self._lines[1]:
-            if one.at is not None and one.label:
-                draw_label(canvas, area, one.at, one.label, _line_colour(one), taken)
+        for overlay in self._lines[1]:
+            if overlay.at is not None and overlay.label:
+                draw_label(canvas, area, overlay.at, overlay.label, _line_colour(overlay), taken)
 
     def _draw_bar(self, canvas: imgui.ImDrawList, host: Host, area: Area) -> None:
         compare = host.edits.scene.compare

@@ -75,19 +75,19 @@ def overlays(
             neither box nor lamps' bows are drawn. By default they are asked for.
         orders: internal reflections of the bows; those of the scene by default.
     """
-    found: list[Overlay] = []
+    drawn: list[Overlay] = []
     for number, (part, view) in enumerate(part_views(scene, size_px)):
         box = boxes[number] if boxes is not None else box_of(part.droplets)
         if "grid" in names:
-            found += [*grid(view), horizon(view)]
+            drawn += [*grid(view), horizon(view)]
         if "box" in names and box is not None:
-            found.append(box_edges(view, box))
+            drawn.append(box_edges(view, box))
         if "circles" in names:
-            found += bow_circles(part, view, orders)
+            drawn += bow_circles(part, view, orders)
             if box is not None:
-                found += lamp_bows(part, view, box, orders)
-            found += marks(part, view)
-    return [overlay for overlay in found if overlay.lines]
+                drawn += lamp_bows(part, view, box, orders)
+            drawn += marks(part, view)
+    return [overlay for overlay in drawn if overlay.lines]
 
 
 def descartes_deg(scene: Scene, reflections: int, wavelength_nm: float) -> float:
@@ -115,7 +115,7 @@ def bow_circles(
         orders: internal reflections; those of the scene by default.
         wavelengths_nm: of the light.
     """
-    found = []
+    circles = []
     for number, light in enumerate(scene.light):
         if not isinstance(light, SunLight):
             continue
@@ -124,8 +124,8 @@ def bow_circles(
             radius_deg = 180.0 - descartes_deg(scene, order, nm)
             label = f"{_order_name(order)} {radius_deg:.1f}° {_colour(nm)}{_which(scene, number)}"
             lines = view.circle(axis, np.radians(radius_deg))
-            found.append(Overlay("bow", label, tuple(lines), _along(lines, place), nm))
-    return found
+            circles.append(Overlay("bow", label, tuple(lines), _along(lines, place), nm))
+    return circles
 
 
 def lamp_bows(
@@ -152,7 +152,7 @@ def lamp_bows(
         orders: internal reflections; those of the scene by default.
         wavelengths_nm: of the light.
     """
-    found = []
+    bows = []
     for number, light in enumerate(scene.light):
         if not isinstance(light, PointLight):
             continue
@@ -162,8 +162,8 @@ def lamp_bows(
             for side in ("near", "far"):
                 lines = crossings.lines(angle, side)
                 name = f"{_order_name(order)} {_colour(nm)}, {side} rain{_which(scene, number)}"
-                found.append(Overlay("bow", name, tuple(lines), _along(lines, place), nm))
-    return found
+                bows.append(Overlay("bow", name, tuple(lines), _along(lines, place), nm))
+    return bows
 
 
 class _Crossings:
@@ -206,14 +206,14 @@ class _Crossings:
         shifts = np.array([[0.0, 0.0], [step, 0.0], [-step, 0.0], [0.0, step], [0.0, -step]])
         best = line
         for _ in range(2):
-            here, right, left, below, above = np.moveaxis(
+            middle, right, left, below, above = np.moveaxis(
                 self._at(best[:, None] + shifts, side) - angle_rad, 1, 0
             )
             slope = np.stack([right - left, below - above], axis=1) / (2.0 * step)
             steep = np.maximum(np.sum(slope**2, axis=1), 1e-300)
-            moved = best - (here / steep)[:, None] * slope
+            moved = best - (middle / steep)[:, None] * slope
             # Across an edge of the box a slope says nothing, and beside it there is none.
-            better = np.abs(self._at(moved, side) - angle_rad) < np.abs(here)
+            better = np.abs(self._at(moved, side) - angle_rad) < np.abs(middle)
             best = np.where(better[:, None], moved, best)
         left_px, top, right_px, bottom = self._view.area
         return np.clip(best, (left_px, top), (right_px, bottom))
@@ -236,21 +236,21 @@ def grid(view: View) -> list[Overlay]:
     narrowing = max(np.cos(np.radians(camera.altitude_deg)), 1e-3)
     turn = _grid_step(camera.fov_deg / _GRID_LINES / narrowing)
     altitudes, azimuths = _seen_angles(view)
-    found = []
+    drawn = []
     for k in range(*_multiples(altitudes, step, 90.0)):
         altitude = k * step
         if k and abs(altitude) < 90.0 - 1e-9:
             lines = view.circle(np.array([0.0, 0.0, 1.0]), np.radians(90.0 - altitude))
             at = _extreme(lines, 0, -1.0)
-            found.append(Overlay("grid", f"{altitude:+.4g}°", tuple(lines), at))
+            drawn.append(Overlay("grid", f"{altitude:+.4g}°", tuple(lines), at))
     for k in range(*_multiples(azimuths, turn, None)):
         azimuth = k * turn % 360.0
         quarter = round(azimuth / 90.0)
         compass = abs(azimuth - 90.0 * quarter) < 1e-9
         lines = _meridian(view, azimuth, 90.0 if compass else 90.0 - step)
         label = "NESW"[quarter % 4] if compass else f"{azimuth:.4g}°"
-        found.append(Overlay("grid", label, tuple(lines), _extreme(lines, 1, 1.0)))
-    return [overlay for overlay in found if overlay.lines]
+        drawn.append(Overlay("grid", label, tuple(lines), _extreme(lines, 1, 1.0)))
+    return [overlay for overlay in drawn if overlay.lines]
 
 
 def _grid_step(least: float) -> float:
@@ -299,18 +299,18 @@ def box_edges(view: View, box_m: Array) -> Overlay:
     """
     lines: Lines = []
     for axis in range(3):
-        for one in (0, 1):
-            for other in (0, 1):
+        for side in (0, 1):
+            for other_side in (0, 1):
                 ends = np.array(box_m, dtype=np.float64)
-                ends[:, (axis + 1) % 3] = box_m[one][(axis + 1) % 3]
-                ends[:, (axis + 2) % 3] = box_m[other][(axis + 2) % 3]
+                ends[:, (axis + 1) % 3] = box_m[side][(axis + 1) % 3]
+                ends[:, (axis + 2) % 3] = box_m[other_side][(axis + 2) % 3]
                 lines += view.chain(ends)
     return Overlay("box", "rain", tuple(lines), _extreme(lines, 1, -1.0))
 
 
 def marks(scene: Scene, view: View) -> list[Overlay]:
     """Give crosses at each light and at the point opposite it."""
-    found: list[Overlay] = []
+    crosses: list[Overlay] = []
     for number, light in enumerate(scene.light):
         which = _which(scene, number)
         if isinstance(light, SunLight):
@@ -318,9 +318,9 @@ def marks(scene: Scene, view: View) -> list[Overlay]:
         else:
             to_light, opposite = floats(light.position_m) - view.eye_m, "opposite the lamp"
         name = "sun" if isinstance(light, SunLight) else "lamp"
-        found += _cross(view, "light", name + which, to_light)
-        found += _cross(view, "antisolar", opposite + which, -to_light)
-    return found
+        crosses += _cross(view, "light", name + which, to_light)
+        crosses += _cross(view, "antisolar", opposite + which, -to_light)
+    return crosses
 
 
 def _cross(view: View, kind: Kind, label: str, vector: Array) -> Iterator[Overlay]:

@@ -103,27 +103,27 @@ def read_pixel(frame: Frame, scene: Scene, size_px: tuple[int, int], pixel: Pixe
 
 def text_of(reading: PixelReadout) -> list[tuple[str, str]]:
     """Give a readout as names and values with units, in the order of display."""
-    found = [
+    lines = [
         ("azimuth", f"{reading.azimuth_deg:z.2f}°"),
         ("altitude", f"{reading.altitude_deg:z.2f}°"),
     ]
     for light in reading.lights:
         kind, _, number = light.name.partition(" ")
         opposite = "antisolar point" if kind == "sun" else "opposite the lamp"
-        found.append((f"from {opposite} {number}".rstrip(), f"{light.opposite_deg:.2f}°"))
+        lines.append((f"from {opposite} {number}".rstrip(), f"{light.opposite_deg:.2f}°"))
         if light.scattering_deg is not None:
             first, last = (f"{angle:.2f}°" for angle in light.scattering_deg)
             value = first if first == last else f"{first} to {last}"
-            found.append((f"scattering {number}".rstrip(), value))
-    found.append(("luminance", f"{number_text(reading.luminance)} cd/m²"))
+            lines.append((f"scattering {number}".rstrip(), value))
+    lines.append(("luminance", f"{number_text(reading.luminance)} cd/m²"))
     if reading.xy is not None and reading.uv is not None:
-        found.append(("x, y", "{:.4f}, {:.4f}".format(*reading.xy)))
-        found.append(("u', v'", "{:.4f}, {:.4f}".format(*reading.uv)))
+        lines.append(("x, y", "{:.4f}, {:.4f}".format(*reading.xy)))
+        lines.append(("u', v'", "{:.4f}, {:.4f}".format(*reading.uv)))
     span = reading.rain_m
-    found.append(
+    lines.append(
         ("rain", f"{distance_text(span[0])} to {distance_text(span[1])}" if span else "none")
     )
-    return found
+    return lines
 
 
 def frame_value(frame: Frame, size_px: tuple[int, int], pixel: Pixel) -> Array:
@@ -148,7 +148,7 @@ def _span(view: View, ray: Array, box_m: Array) -> tuple[float, float] | None:
 def _light_angles(
     scene: Scene, view: View, ray: Array, span: tuple[float, float] | None
 ) -> list[LightAngle]:
-    found = []
+    angles = []
     for number, light in enumerate(scene.light):
         name = "sun" if isinstance(light, SunLight) else "lamp"
         if len(scene.light) > 1:
@@ -163,8 +163,8 @@ def _light_angles(
                 for t in span
             )
             scattering_deg = (first, last)
-        found.append(LightAngle(name, opposite_deg, scattering_deg))
-    return found
+        angles.append(LightAngle(name, opposite_deg, scattering_deg))
+    return angles
 
 
 def _to_light(light: SunLight | PointLight, point_m: Array) -> Array:

@@ -101,7 +101,7 @@ class Worker:
 
     def replies(self) -> list[Reply]:
         """Give all replies that have come since the last call."""
-        found: list[Reply] = []
+        replies: list[Reply] = []
         try:
             while not self._pipe.closed and self._pipe.poll():
                 reply = self._pipe.recv()
@@ -121,13 +121,13 @@ class Worker:
                     except FileNotFoundError:
                         continue  # a later frame has taken its place, and comes
                     reply = replace(reply.frame, rgb=rgb)
-                found.append(reply)
+                replies.append(reply)
         except (EOFError, ConnectionError):
             lost = sorted(self.pending) or [0]
             self._end()
             message = "the renderer's process ended; the next change starts it again"
-            found += [Failed(number, "defect", message) for number in lost]
-        return found
+            replies += [Failed(number, "defect", message) for number in lost]
+        return replies
 
     def revive(self) -> bool:
         """Replace the process if the last frame has waited too long; give whether it was.

@@ -162,11 +162,11 @@ class Pace:
         if self._before is None or len(self._times) < 3:
             return
         other, seconds = self._before
-        here = median(self._times)
+        own = median(self._times)
         if other == self._step - 1:
-            self._grows(other, here / seconds)
+            self._grows(other, own / seconds)
         elif other == self._step + 1:
-            self._grows(self._step, seconds / here)
+            self._grows(self._step, seconds / own)
 
     def _grows(self, step: int, ratio: float) -> None:
         # A scene that changed in between may give any ratio.

@@ -95,8 +95,8 @@ class SunByDate:
         zone = timezone(timedelta(hours=self.offset_h))
         midnight = datetime(self.day.year, self.day.month, self.day.day, tzinfo=zone)
         when = midnight + timedelta(minutes=self.minutes)
-        found = sun_position(when, self.latitude_deg, self.longitude_deg)
-        return round(found.altitude_deg, _DIGITS), round(found.azimuth_deg, _DIGITS)
+        sun = sun_position(when, self.latitude_deg, self.longitude_deg)
+        return round(sun.altitude_deg, _DIGITS), round(sun.azimuth_deg, _DIGITS)
 
     def _look(self, at_deg: Direction) -> None:
         """Follow a sun that was moved by other means, with the settings that led there or off."""
