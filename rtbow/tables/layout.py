@@ -9,38 +9,66 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.base.arrays import Array, floats
+from rtbow.base.arrays import Array, Float32, floats
 from rtbow.base.errors import InputError
+from rtbow.physics.drop.airy import PRIMARY_UNIT, unit_angle
 from rtbow.physics.sizes import Sizes
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Sections
 
 _LARGEST_BYTES = 1024 * 2**20
+"""A table that would take more as float32 is refused."""
 _LARGEST_FLOAT32_BYTES = 128 * 2**20
-"""Beyond this the table is stored in half floats, whose 11 bits round by 2.4e-4."""
+"""A larger table is stored in half floats, whose 11 bits round by 2.4e-4."""
 _HALF_MAX = 30_000.0
+"""Greatest value that is stored as a half float, which ends at 65,504; larger ones are scaled."""
 _ROW_STEP = 0.01
 """Distance of rows in ln(radius): with the 2 % spread, linear interpolation errs by 0.4 % of the
 bow's peak at most without a disc, less with one."""
 _COARSE_ROW_STEP = 0.015
-"""The same where the table would grow too large: 0.6 %."""
+"""Distance of rows where the table would grow too large: linear interpolation errs by 0.6 %."""
+_ROWS_AT_ONCE = 32
+"""Rows that are computed together: in float64 the whole table is four times as large."""
 _MOST_EVEN = 12_000.0
 """Even texels across the angles, at most: GL devices take rows of 16,384. A point light's fringes
 on drops of a millimetre are finer."""
 _PER_FOLD = 60.0
 """Texels per factor e of the distance from a pole: 4 for the finest rings that a spread of 2 %
-leaves."""
+leaves (see :class:`AngleAxis`)."""
+_EVEN_UNITS = 0.12 / PRIMARY_UNIT
+"""Distance of even texels in units of Airy's argument z: a fourteenth. There f = Ai²(-z) has
+f'' = -2 z f at its maximum, z = 1.02, and fringes of f'' = 2 sqrt(z)/pi beyond: a straight line
+errs by an eighth of f'' times the distance squared, 0.13 % of the maximum there and 0.14 % sqrt(z)
+at the fringes, which a spread of sizes of 2 % blurs beyond z = 28."""
+_RING_UNITS = 0.25
+"""Distance of the first texels at a pole, over 1/x: 12 across a ring, whose width is pi/x."""
+_PER_DISC = 8.0
+"""Texels across the radius of a light's disc, which leaves nothing finer than itself."""
 
 
 @dataclass(frozen=True)
 class AngleAxis:
     """Places of scattering angles: evenly, and denser towards both poles where detail is finer.
 
+    Of drops of the size x, a bow's fringes are some x^(-2/3) wide, and even texels follow them. The
+    rings of corona and glory are pi/x wide however near the pole, but a spread of sizes of 2 %
+    blurs them beyond a distance of d = 50/x, and leaves only what changes with d itself. So the
+    distance of texels may grow in proportion to d, from a least one at the pole: it is
+    ``sqrt(d² + width²) / pole``. The places that this gives are the integral of its inverse,
+    ``pole · arsinh(d / width)``, which a shader evaluates without a table. At d = 50/x there are
+    3.6 texels to a ring.
+
+    Straight lines between texels are within 0.5 % of the primary bow's peak between 20 and 179
+    degrees, and within 1 % about the antisolar point: measured against exact theory of 100, 500 and
+    1500 µm at 380, 550 and 780 nm, without a disc and with the sun's. Of 1500 µm without a disc,
+    where even texels are at their most, it is 1.1 %. Within 2 degrees of the light they fill up the
+    dark rings of the corona, under the sun's disc by a third of what light these have.
+
     Attributes:
         low: first angle, rad.
-        high: last angle.
-        linear: texels per rad.
+        high: last angle, rad.
+        linear: even texels per rad.
         pole: texels per factor e of the distance from a pole.
         width: distance from a pole at which that begins, rad.
     """
@@ -82,16 +110,15 @@ def angle_axis(low: float, high: float, disc_rad: float, largest_m: float) -> An
 
     Args:
         low: first scattering angle, rad.
-        high: last.
-        disc_rad: angular radius of the smallest disc.
-        largest_m: greatest drop radius.
+        high: last scattering angle, rad.
+        disc_rad: angular radius of the smallest disc, rad.
+        largest_m: greatest drop radius, m.
     """
     # At the violet end, where detail is finest.
     x = 2.0 * np.pi * largest_m / 380e-9
-    bow = 0.12 / x ** (2.0 / 3.0)
-    even = max(math.hypot(disc_rad / 8.0, bow), (high - low) / _MOST_EVEN)
-    # Rings about the poles are 1/x wide; a disc leaves nothing finer than itself.
-    ring = min(math.hypot(disc_rad / 8.0, 0.25 / x), even)
+    finest = disc_rad / _PER_DISC
+    even = max(math.hypot(finest, unit_angle(x, _EVEN_UNITS)), (high - low) / _MOST_EVEN)
+    ring = min(math.hypot(finest, _RING_UNITS / x), even)
     return AngleAxis(max(low, 0.0), min(high, np.pi), 1.0 / even, _PER_FOLD, _PER_FOLD * ring)
 
 
@@ -128,12 +155,13 @@ def radius_axis(
 
 
 def row_sections(sections: Sections, rows: RadiusAxis, theta: Array, disc_rad: float) -> Array:
-    """Cross-sections over the radius squared, (R, W, U, 2)."""
+    """Give the cross-sections of rows of radius at angles (U,), over the radius squared:
+    perpendicular and parallel, sr⁻¹, (R, W, U, 2)."""
     if rows.mixture is not None:
-        found = sections.mixed(rows.mixture, theta, disc_rad)[None]
+        area = sections.mixed(rows.mixture, theta, disc_rad)[None]
     else:
-        found = sections.sections(rows.radius_m, theta, disc_rad)
-    return floats(found / rows.radius_m[:, None, None, None] ** 2)
+        area = sections.sections(rows.radius_m, theta, disc_rad)
+    return floats(area / rows.radius_m[:, None, None, None] ** 2)
 
 
 @dataclass(frozen=True)
@@ -166,7 +194,7 @@ def section_table(
     components: bool,
     running: bool,
 ) -> SectionTable:
-    """Compute a table.
+    """Compute the table of a scene's cross-sections.
 
     Args:
         sections: the theory's cross-sections at W wavelengths.
@@ -179,38 +207,68 @@ def section_table(
         running: with running integrals over the angle, counted from the right angle.
 
     Raises:
-        InputError: it would not fit in memory.
+        InputError: the table would not fit in memory.
     """
     theta = angles.angles()
     channels = (2 if components else 1) * (2 if running else 1)
+    per_row = len(discs_rad) * wavelengths * len(theta) * channels
+    radii = _rows_that_fit(radii_um, mixture, wavelengths, 4 * per_row)
+    layers = np.empty(
+        (len(discs_rad), wavelengths, len(radii.radius_m), len(theta), channels), np.float32
+    )
+    _fill(layers, sections, radii, theta, discs_rad, components=components, running=running)
+    return _packed(angles, radii, layers.reshape(-1, *layers.shape[2:]), running=running)
+
+
+def _rows_that_fit(
+    radii_um: tuple[float, float], mixture: Sizes | None, wavelengths: int, row_bytes: int
+) -> RadiusAxis:
+    """Choose rows of radius, farther apart where memory asks for it.
+
+    Raises:
+        InputError: even then the table would take too much.
+    """
+    size = 0
     for step in (_ROW_STEP, _COARSE_ROW_STEP):
         radii = radius_axis(radii_um, mixture, step)
-        count = len(discs_rad) * wavelengths * len(radii.radius_m) * len(theta) * channels
-        if 4 * count <= _LARGEST_BYTES:
-            break
-    else:
-        raise InputError(
-            f"cross-sections of drops from {radii_um[0]:g} to {radii_um[1]:g} um at {wavelengths}"
-            f" wavelengths would take {4 * count / 2**20:.0f} MiB; must be at most"
-            f" {_LARGEST_BYTES / 2**20:.0f}; use a larger render.wavelength_step_nm, a narrower"
-            ' range of radii, or droplets.radius.mixing = "local"'
-        )
-    half = 4 * count > _LARGEST_FLOAT32_BYTES and not running
-    values = np.empty(
-        (len(discs_rad), wavelengths, len(radii.radius_m), len(theta), channels), "f4"
+        size = row_bytes * len(radii.radius_m)
+        if size <= _LARGEST_BYTES:
+            return radii
+    raise InputError(
+        f"cross-sections of drops from {radii_um[0]:g} to {radii_um[1]:g} um at {wavelengths}"
+        f" wavelengths would take {size / 2**20:.0f} MiB; must be at most"
+        f" {_LARGEST_BYTES / 2**20:.0f}; use a larger render.wavelength_step_nm, a narrower"
+        ' range of radii, or droplets.radius.mixing = "local"'
     )
+
+
+def _fill(
+    layers: Float32,
+    sections: Sections,
+    radii: RadiusAxis,
+    theta: Array,
+    discs_rad: tuple[float, ...],
+    *,
+    components: bool,
+    running: bool,
+) -> None:
+    """Compute the values of a table in place: (discs, W, R, U, channels)."""
     for number, disc in enumerate(discs_rad):
-        # Rows a few at a time: in float64 the whole is four times as large.
-        for start in range(0, len(radii.radius_m), 32):
-            part = slice(start, start + 32)
+        for start in range(0, len(radii.radius_m), _ROWS_AT_ONCE):
+            part = slice(start, start + _ROWS_AT_ONCE)
             some = RadiusAxis(radii.radius_m[part], radii.mixture)
             both = row_sections(sections, some, theta, disc).transpose(1, 0, 2, 3)
             chosen = both if components else both.mean(axis=3, keepdims=True)
             if running:
                 chosen = np.concatenate([chosen, _running(chosen, theta)], axis=3)
-            values[number, :, part] = chosen
-    layers = values.reshape(-1, *values.shape[2:])
-    if not half:
+            layers[number, :, part] = chosen
+
+
+def _packed(
+    angles: AngleAxis, radii: RadiusAxis, layers: Float32, *, running: bool
+) -> SectionTable:
+    """Give the table of some layers, in half floats if it is large and holds no integrals."""
+    if running or layers.nbytes <= _LARGEST_FLOAT32_BYTES:
         return SectionTable(angles, radii, 1.0, layers)
     scale = max(float(layers.max()) / _HALF_MAX, 1.0)
     return SectionTable(angles, radii, scale, (layers / scale).astype(np.float16))

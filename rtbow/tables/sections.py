@@ -31,6 +31,7 @@ from rtbow.tables.airy import AiryTable, airy_table
 from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
 from rtbow.tables.mie.lookup import (
     MieSections,
+    check_index,
     disc_grid,
     resample,
     standard_axes,
@@ -176,6 +177,8 @@ def water_sections(
     index = relative_index(nm, temperature_c)
     if theory == "airy":
         return AirySections(airy_table(), orders, nm * 1e-9, index)
+    # Refused here: a table may have to be built, which takes a minute or more.
+    check_index(index, WIDE_INDEX_RANGE)
     inside = INDEX_RANGE[0] <= index.min() and index.max() <= INDEX_RANGE[1]
     range_ = INDEX_RANGE if inside else WIDE_INDEX_RANGE
     return MieSections(mie_table(spread, radii_um, progress, range_), nm * 1e-9, index)

@@ -241,7 +241,9 @@ def test_few_ranges_serve_all_radii(radii):
     assert range_candidates(radii)[0][1] <= 2.6 * radii[1]
 
 
-def test_wavelengths_and_temperatures_beyond_the_table_are_refused():
+def test_wavelengths_and_temperatures_beyond_the_table_are_refused(monkeypatch):
+    # Before any table is looked for, which might have to be built.
+    monkeypatch.setattr("rtbow.tables.sections.mie_table", lambda *_: pytest.fail("too late"))
     with pytest.raises(InputError, match=r"refractive index of 1\.416"):
         water_sections("mie", np.array([205.0]), 20.0, (10.0, 10.0))
 

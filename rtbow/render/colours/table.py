@@ -19,7 +19,7 @@ import numpy as np
 from rtbow.base.arrays import Array, Float32, floats
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.physics.drop.airy import SCALE_POWER, bows
+from rtbow.physics.drop.airy import PRIMARY_UNIT, SCALE_POWER, bows, unit_angle
 from rtbow.render.colours.basis import _RAIN_DEPTH, LightBasis
 
 RIGHT_ANGLE_CHORD = float(np.sqrt(2.0))
@@ -86,10 +86,15 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
     return floats(np.linspace(ends[0], ends[1], min(count, most)))
 
 
+_WIDTH_UNITS = 1.4 / PRIMARY_UNIT
+"""Units of Airy's argument z that count as the width of a bow: 0.82, half of what the
+main maximum has at half its height, from z = 0.09 to z = 1.72."""
+
+
 def bow_width(radius_m: float) -> float:
-    """Give the width of the main bow at the violet end, rad: a unit of Airy's argument or so."""
+    """Give the width of the main bow at the violet end, rad."""
     x = 2.0 * np.pi * radius_m / (VISIBLE_NM[0] * 1e-9)
-    return float(1.4 / x ** (2.0 / 3.0))
+    return float(unit_angle(x, _WIDTH_UNITS))
 
 
 _MOST_PHASE = 800.0
@@ -116,7 +121,7 @@ def fringe_step(orders: tuple[int, ...], radius_m: float, low: float, high: floa
     for one in bows(orders, floats([nm * 1e-9]), floats([1.343])):
         scale = float(one.scale[0]) * radius_m**SCALE_POWER
         ends = one.side * (floats([low, high]) - one.angle_rad[0])
-        z = scale * max(float(ends.max()), 1.0 / scale)
+        z = max(scale * float(ends.max()), 1.0)
         if 4.0 / 3.0 * z**1.5 > _MOST_PHASE:
             return 0.0
         finest = min(finest, _PHASE_STEP / (2.0 * np.sqrt(z) * scale))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, Values, floats
-from rtbow.physics.drop.airy import bow
+from rtbow.physics.drop.airy import bow, unit_angle
 
 DEFAULT_SPREAD = 0.02
 _THINNING = 4
@@ -86,13 +86,14 @@ class MieAxes:
     def needed_angles(self, x: float, m: float) -> NDArray[np.int64]:
         """Nodes that sizes from x on need (k,), ascending; the others lie smoothly between them.
 
-        Rings and fringes that the standard spread of sizes leaves are within 50/x of the poles and
-        within a scaled angle of 28 of the bows on their bright side.
+        Rings and fringes that the standard spread of sizes leaves are within 50/x of the poles, and
+        within 28 units of Airy's argument of the bows on their bright side; the primary's unit
+        serves both bows, of which the secondary's is wider.
         """
         angles = self.angles(m)
         finer = DEFAULT_SPREAD / self.spread
         ring = 80.0 * finer / x
-        unit = 1.7 / x ** (2.0 / 3.0)
+        unit = unit_angle(x)
         _, _, _, secondary, primary, *_ = _anchors(m)
         fine = (angles < ring) | (np.pi - angles < ring)
         for edge, side in ((secondary, -1.0), (primary, 1.0)):
@@ -160,7 +161,8 @@ def _pole_place(distance: Array) -> Array:
 
 
 _BOW_WIDTH = np.radians(0.15)
-"""Of the order of the bow's rise at x = 25,000."""
+"""Distance from a bow within which angles are evenly dense: 1.3 units of Airy's argument at
+x = 25,000, about the rise of the narrowest bow."""
 _POLE_WIDTH = 1e-5
 """A quarter of 1/x there: corona and glory."""
 _POLE_END = 0.6

@@ -175,6 +175,20 @@ def disc_grid(theta: Array, disc_rad: float) -> tuple[Array, Array]:
     return nodes, weights
 
 
+def check_index(index: Array, index_range: tuple[float, float]) -> None:
+    """Refuse refractive indices that tables over a range do not hold.
+
+    Raises:
+        InputError: one of them lies outside.
+    """
+    low, high = index_range
+    if np.any((index < low) | (index > high)):
+        raise InputError(
+            f"water has a refractive index of {index.min():.4f} to {index.max():.4f} at these"
+            f" wavelengths; theory mie holds {low} to {high}: 380-780 nm at -12 to 60 °C"
+        )
+
+
 @dataclass(frozen=True)
 class MieSections:
     """Cross-sections of water drops at some wavelengths.
@@ -190,13 +204,7 @@ class MieSections:
     index: Array
 
     def __post_init__(self) -> None:
-        low, high = self.table.axes.index_range
-        if np.any((self.index < low) | (self.index > high)):
-            raise InputError(
-                f"water has a refractive index of {self.index.min():.4f} to {self.index.max():.4f}"
-                f" at these wavelengths; theory mie holds {low} to {high}: 380-780 nm at -12 to"
-                " 60 °C"
-            )
+        check_index(self.index, self.table.axes.index_range)
 
     def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
         """Give both components of the differential cross-section, averaged over the disc.

@@ -8,6 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import airy
 
 from rtbow.physics.drop.airy import (
+    PRIMARY_UNIT,
     RADIUS_POWER,
     SCALE_POWER,
     airy_squared,
@@ -16,6 +17,7 @@ from rtbow.physics.drop.airy import (
     bows,
     descartes_ray,
     excess_angle,
+    unit_angle,
 )
 from rtbow.physics.drop.water import relative_index
 from textbook import cross_section, stationary_ray
@@ -160,6 +162,28 @@ def test_powers_of_the_radius():
     # z goes as x^(2/3) and C as a² x^(1/3): from x/c with c as x^(1/3), and x³/c²/k².
     assert pytest.approx(2 / 3) == SCALE_POWER
     assert pytest.approx(7 / 3) == RADIUS_POWER
+
+
+@pytest.mark.parametrize("temperature_c", [-12.0, 20.0, 60.0])
+@pytest.mark.parametrize("nm", [380.0, 550.0, 780.0])
+@pytest.mark.parametrize("radius_m", [10e-6, 1500e-6])
+def test_unit_of_airys_argument(radius_m, nm, temperature_c):
+    """One over the bow's own scale, for any drop, wavelength and water."""
+    index = relative_index(np.array([nm]), temperature_c)
+    size = 2.0 * np.pi * radius_m / (nm * 1e-9)
+    exact = [1.0 / (b.scale * radius_m**SCALE_POWER) for b in bows((1, 2), nm * 1e-9, index)]
+    # 2.5 % at the violet end of cold water, -1.8 % at the red end of hot water.
+    assert unit_angle(size) == pytest.approx(exact[0][0], rel=0.03)
+    assert 1.74 < float(exact[1][0]) / unit_angle(size) < 1.82  # the secondary's: 2.97 to 3.09
+    assert unit_angle(size, 0.5) == pytest.approx(0.5 * unit_angle(size), rel=1e-15)
+    if temperature_c == 20.0 and nm == 550.0:
+        assert unit_angle(size) == pytest.approx(exact[0][0], rel=0.005)
+
+
+def test_unit_is_where_the_first_dark_ring_says():
+    """From the textbook's ray: the wavefront's curvature h gives (h/2)^(1/3) x^(-2/3)."""
+    _, _, second = stationary_ray(1.3343, 1)
+    assert pytest.approx((0.5 * second) ** (1.0 / 3.0), rel=0.005) == PRIMARY_UNIT
 
 
 def test_bows_are_each_of_their_order():
