@@ -1,6 +1,6 @@
-"""Exact theory written out once more from the fields at a sphere's surface, on SciPy's functions.
+"""Extinction by exact theory, written out once more on SciPy's Bessel functions.
 
-Bohren and Huffman (1983), equations 4.53, 4.61, 4.46-4.47 and 4.74; shares no code with rtbow.
+Bohren and Huffman (1983), equations 4.53 and 4.62; shares no code with rtbow.
 """
 
 import numpy as np
@@ -30,21 +30,6 @@ def extinction(x, m):
     a, b = coefficients(x, m)
     n = np.arange(1, len(a) + 1)
     return 2.0 / x**2 * float(((2 * n + 1) * (a + b).real).sum())
-
-
-def intensities(x, m, theta):
-    """|S1|² and |S2|² at angles (T,): (2, T), perpendicular and parallel."""
-    a, b = coefficients(x, m)
-    mu = np.cos(theta)
-    s1, s2 = np.zeros(len(mu), complex), np.zeros(len(mu), complex)
-    before, pi = np.zeros_like(mu), np.ones_like(mu)
-    for n in range(1, len(a) + 1):
-        tau = n * mu * pi - (n + 1) * before
-        factor = (2 * n + 1) / (n * (n + 1))
-        s1 += factor * (a[n - 1] * pi + b[n - 1] * tau)
-        s2 += factor * (a[n - 1] * tau + b[n - 1] * pi)
-        before, pi = pi, ((2 * n + 1) * mu * pi - (n + 1) * before) / n
-    return np.stack([np.abs(s1) ** 2, np.abs(s2) ** 2])
 
 
 def mean_over_spread(function, x, spread=0.02, count=141):

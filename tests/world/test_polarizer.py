@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 
 import rtbow
+from glsl_probe import probe
+from rtbow.base.limits import NO_PLANE
 from rtbow.physics.drop.mie import intensities
 from rtbow.physics.drop.water import relative_index
+from rtbow.physics.geometry import direction
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
-from rtbow.scene.model import Scene
+from rtbow.scene.model import Camera, Scene
+from rtbow.world.camera import perpendicular_share
 from rtbow.world.spectra import load_spectrum
 
 RADIUS_UM = 120.0
@@ -109,6 +113,73 @@ def test_the_filter_follows_the_bow_round():
     assert abs((best - expected + 90.0) % 180.0 - 90.0) < 4.0
     # It leans to the right, and neither horizontal nor vertical passes most.
     assert 100.0 < expected < 170.0
+
+
+def turned(camera, towards):
+    """Angle of a direction in the picture, counterclockwise from the right as the eye sees it."""
+    a, h = np.radians(camera.azimuth_deg), np.radians(camera.altitude_deg)
+    east, north, up = towards
+    # Turned back by the azimuth about the vertical, then by the altitude about the right.
+    right = east * np.cos(a) - north * np.sin(a)
+    flat = east * np.sin(a) + north * np.cos(a)
+    return np.arctan2(up * np.cos(h) - flat * np.sin(h), right)
+
+
+@pytest.mark.parametrize("polarizer_deg", [0.0, 25.0, 90.0, 140.0])
+def test_share_of_the_perpendicular_field(rng, polarizer_deg):
+    """In the middle of the picture: Malus' law of the angles in the picture alone."""
+    for azimuth, altitude in ((0.0, 0.0), (70.0, 35.0), (200.0, -50.0)):
+        camera = Camera(azimuth_deg=azimuth, altitude_deg=altitude, polarizer_deg=polarizer_deg)
+        ray = direction(azimuth, altitude)
+        for light in rng.normal(size=(20, 3)):
+            # The plane of light and ray is seen as a line; the field across it stands on that.
+            across = turned(camera, light) + 0.5 * np.pi
+            expected = np.cos(across - np.radians(polarizer_deg)) ** 2
+            got = perpendicular_share(camera, 7.0 * light, ray[None])[0]
+            assert got == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("polarizer_deg", [0.0, 30.0])
+def test_share_near_the_line_through_the_light(gl, polarizer_deg):
+    """Minutes of arc beside it the plane counts in full, within a second of arc not at all.
+
+    Between them by s² / (s² + 1e-9), s the sine of the angle. The shader agrees.
+    """
+    camera = Camera(altitude_deg=0.0, polarizer_deg=polarizer_deg)
+    # East of the line: the plane is level, and the field across it upright.
+    angles = np.array([1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 1e-3, 3e-3, 1e-2])
+    rays = np.stack([np.sin(angles), np.cos(angles), 0.0 * angles], axis=1)
+    light = np.array([0.0, -1.0, 0.0])
+    in_full = np.sin(np.radians(polarizer_deg)) ** 2
+    expected = 0.5 + (in_full - 0.5) * angles**2 / (angles**2 + 1e-9)
+    assert abs(expected[0] - 0.5) < 1e-3
+    assert abs(expected[-3] - in_full) < 1e-3
+    np.testing.assert_allclose(perpendicular_share(camera, light, rays), expected, atol=1e-4)
+    passing = [np.cos(np.radians(polarizer_deg)), 0.0, np.sin(np.radians(polarizer_deg))]
+    lights, filters = (np.broadcast_to(v, rays.shape) for v in (light, passing))
+    shader = probe(
+        gl, ["common/polarizer.glsl"], "perpendicularShare(light, ray, passing)",
+        {"light": lights, "ray": rays, "passing": filters},
+        {"POLARIZER": True, "NO_PLANE": NO_PLANE},
+    )[:, 0]  # fmt: skip
+    np.testing.assert_allclose(shader, expected, atol=1e-4)
+
+
+def test_fresnels_share_of_the_primary():
+    """Airy's primary: two refractions and one reflection inside, near Brewster's angle there."""
+    m = 1.3343
+    cos_in = np.sqrt((m**2 - 1.0) / 3.0)
+    cos_out = np.sqrt(1.0 - (1.0 - cos_in**2) / m**2)
+    normal = (cos_in - m * cos_out) / (cos_in + m * cos_out)
+    in_plane = (m * cos_in - cos_out) / (m * cos_in + cos_out)
+    light = [((1.0 - r**2) * r) ** 2 for r in (normal, in_plane)]
+    expected = (light[0] - light[1]) / (light[0] + light[1])
+    assert expected == pytest.approx(0.92, abs=0.01)
+    changes = {"scattering": {"theory": "airy", "orders": [1]}}
+    # Across the vertical plane through the light is level.
+    passed = [luminance(make(a, **changes), "reference") for a in (0.0, 90.0)]
+    got = (passed[0] - passed[1]) / (passed[0] + passed[1])
+    assert got == pytest.approx(expected, abs=2e-3)
 
 
 def test_a_lamps_light_is_polarised_too():
