@@ -1,4 +1,4 @@
-"""How coarse method ``fast`` may be for a colour difference that the user can bear."""
+"""How coarse method ``fast`` may be for the colour difference that a scene allows."""
 
 from __future__ import annotations
 
@@ -8,38 +8,36 @@ from typing import Literal
 from rtbow.base.limits import DEFAULT_DELTA_E
 
 Kind = Literal["alike", "smooth", "rough"]
-"""Whether drops are of one radius (or mixture), of radii that vary slowly over the grid's cells, or
-of radii that differ from each grid point to the next."""
+"""How radii vary over a volume: not at all (one radius or mixture), slowly over the grid's cells, or
+from each grid point to the next."""
 
 ROUGH = 0.05
-"""Mean change of ln(radius) between neighbouring grid points from which a volume is rough."""
-
-
+"""A volume is rough from this mean change of ln(radius) between neighbouring grid points."""
 BLURRED_STEP_NM = 5.0
-"""Step of wavelengths that suffices for sizes mixed within 2 % or more: that blurs their fringes by
-more than neighbouring wavelengths differ."""
+"""Sizes mixed within 2 % or more need no finer step of wavelengths: that blurs their fringes by more
+than neighbouring wavelengths differ."""
 
 
 @dataclass(frozen=True)
 class FastSettings:
-    """What each approximation of method ``fast`` is allowed.
+    """How coarse each approximation of method ``fast`` is.
 
     Attributes:
-        share: the error allowed over the default one.
+        share: allowed error, as a multiple of the default one.
         samples_per_cell: midpoint samples per grid cell.
-        samples_per_log_radius: further ones per cell and change of ln(radius) between its points.
+        samples_per_log_radius: further samples per cell and unit of ln(radius) between its points.
         block: pixels between the nodes at which a path is gathered; 0: at every pixel.
-        bend: share by which a straight line between nodes may miss a path's weight.
+        bend: relative error that interpolation between nodes may leave in a path's weight.
         texels_per_disc: texels of the colour table within the light's angular radius.
         texels_per_fringe: texels within a bow's width, for lights without a disc.
-        wavelength_step_nm: between the wavelengths at which cross-sections are taken; spectra are
-            integrated at 1 nm. Fringes of one radius want it fine.
-        row_step: distance in ln(radius) of the radii of cross-sections.
+        wavelength_step_nm: step of the wavelengths at which cross-sections are taken; spectra are
+            integrated at 1 nm. Fringes of one radius need a fine one.
+        row_step: step in ln(radius) of the radii at which cross-sections are taken.
         rows_per_fold: rows of radius per factor e, in a volume whose radii vary along a ray by that
             factor; more where they vary less (:func:`hat_rows`).
         colour: relative error left to the fit of the air's colours.
         lamp_block: pixels between nodes under a lamp.
-        lamp_bend: share of the light by which a straight line between these may miss.
+        lamp_bend: the error that interpolation between these may leave, as a share of the light.
         lamp_scale: factor of the steps in angle along a ray that a lamp lights.
     """
 
@@ -59,39 +57,71 @@ class FastSettings:
     lamp_scale: float
 
 
+@dataclass(frozen=True)
+class _Measured:
+    """The numbers that depend on the kind of volume; several are for tight and loose bounds.
+
+    Attributes:
+        samples_per_cell: at the default bound.
+        blocks: pixels between nodes below the default bound, from it, and from four times it.
+        wavelength_steps_nm: up to half the default bound, and above.
+        row_steps: distances in ln(radius) below the default bound, and from it.
+        rows_per_fold: at the default bound.
+        lamp_block: pixels between nodes under a lamp.
+        lamp_scale: factor of the steps in angle at the default bound.
+    """
+
+    samples_per_cell: float
+    blocks: tuple[int, int, int]
+    wavelength_steps_nm: tuple[float, float]
+    row_steps: tuple[float, float]
+    rows_per_fold: float
+    lamp_block: int
+    lamp_scale: float
+
+
+# Each number was measured at the default bound by making all others finer
+# (``python tools/fast_error.py``). In rough volumes drawn radii fill a ray's histogram unevenly, so
+# that errors between rows do not cancel; but no nodes keep weights of rows, which then cost nothing.
+_MEASURED: dict[Kind, _Measured] = {
+    "alike": _Measured(0.75, (4, 8, 4), (1.0, 2.0), (0.01, 0.015), 13.0, 4, 1.0),
+    "smooth": _Measured(1.5, (2, 3, 4), (2.5, 5.0), (0.01, 0.015), 13.0, 4, 1.0),
+    "rough": _Measured(
+        3.0, (0, 0, 0), (2.5, 5.0), (0.01 * (1.0 / 3.0), 0.015 * (1.0 / 3.0)), 100.0, 0, 1.5
+    ),
+}
+
+
 def settings_for(delta_e: float, kind: Kind) -> FastSettings:
     """Give settings that keep ΔE2000 within a bound at the 99th percentile of pixels.
-
-    Each number was measured at the default bound by making all others finer
-    (``python tools/fast_error.py``); others scale from there as their errors do.
 
     Args:
         delta_e: the bound.
         kind: of the volume.
     """
+    measured = _MEASURED[kind]
     share = delta_e / DEFAULT_DELTA_E
-    # Errors of second order in a step: half the error takes the root of two as many.
+    # Errors of counts are of second order in a step: half the error takes the root of two as many.
     finer = share**-0.5
-    samples = {"alike": 0.75, "smooth": 1.5, "rough": 3.0}[kind]
-    blocks = {"alike": (4, 8), "smooth": (2, 3), "rough": (0, 0)}[kind]
-    tight = share <= 0.5
+    count = min(max(finer, 0.5), 2.5)
+    texels = min(max(finer, 0.5), 2.0)
+    # Tolerances are errors themselves.
+    error = min(share, 4.0)
     return FastSettings(
         share=share,
-        samples_per_cell=samples * min(max(finer, 0.5), 2.5),
+        samples_per_cell=measured.samples_per_cell * count,
         samples_per_log_radius=24.0 * min(finer, 2.0),
-        block=blocks[0] if share < 1.0 else (blocks[1] if share < 4.0 else 4 * (kind != "rough")),
-        bend=1.2e-2 * min(share, 4.0),
-        texels_per_fringe=6.0 * min(max(finer, 0.5), 2.0),
-        texels_per_disc=14.0 * min(max(finer, 0.5), 2.0),
-        wavelength_step_nm=(1.0 if tight else 2.0) if kind == "alike" else (2.5 if tight else 5.0),
-        # Drawn radii fill a ray's histogram unevenly, so that errors between rows do not cancel.
-        row_step=(0.015 if share >= 1.0 else 0.01) * (1.0 / 3.0 if kind == "rough" else 1.0),
-        # Where no nodes keep weights of rows, rows cost nothing.
-        rows_per_fold=(100.0 if kind == "rough" else 13.0) * min(max(finer, 0.5), 2.5),
-        colour=1e-3 * min(share, 4.0),
-        lamp_block=0 if kind == "rough" else 4,
-        lamp_bend=4e-3 * min(share, 4.0),
-        lamp_scale=(1.5 if kind == "rough" else 1.0) * min(max(finer, 0.5), 2.5),
+        block=measured.blocks[(share >= 1.0) + (share >= 4.0)],
+        bend=1.2e-2 * error,
+        texels_per_fringe=6.0 * texels,
+        texels_per_disc=14.0 * texels,
+        wavelength_step_nm=measured.wavelength_steps_nm[share > 0.5],
+        row_step=measured.row_steps[share >= 1.0],
+        rows_per_fold=measured.rows_per_fold * count,
+        colour=1e-3 * error,
+        lamp_block=measured.lamp_block,
+        lamp_bend=4e-3 * error,
+        lamp_scale=measured.lamp_scale * count,
     )
 
 
