@@ -1,4 +1,4 @@
-"""What shaders of every method are told about a world."""
+"""The constants, uniforms and rows of bows that the shaders of every method read."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ from rtbow.world.steps import StepRates
 from rtbow.world.world import World
 
 MAX_STEPS = 1 << 20
+"""A ray is marched in no more than this many steps."""
 MOST_LOOPS = 65_000
-"""Loop iterations of one pixel, at most: Mesa's CPU driver ends all of a shader's loops after
-65,535 in sum, silently."""
+"""A pixel's loops must not iterate more often than this in one pass: Mesa's CPU driver ends all of
+a shader's loops after 65,535 in sum, silently."""
 
 
 def matrix_literal(matrix: NDArray[np.float64]) -> str:
@@ -97,6 +98,12 @@ def dark_edges(bows: Sequence[Bow], smallest_m: float, disc_rad: float) -> list[
     return edges
 
 
+def bow_defines(bows: Sequence[Bow]) -> dict[str, Define]:
+    """Give the number of bows and their bright sides as ``drop/airy_theory.glsl`` reads them."""
+    sides = ", ".join(glsl_literal(bow.side) for bow in bows)
+    return {"BOW_COUNT": len(bows), "BOW_SIDE": f"float[]({sides})"}
+
+
 def bow_rows(bows: Sequence[Bow], *, components: bool) -> Float32:
     """Lay out bows as the shader reads them.
 
@@ -108,7 +115,9 @@ def bow_rows(bows: Sequence[Bow], *, components: bool) -> Float32:
         float32 (bows, W, 4): angle, scale, and strength (or perpendicular and parallel strength).
     """
     rows = []
-    for b in bows:
-        strength = (b.perpendicular, b.parallel) if components else (b.strength, 0.0 * b.strength)
-        rows.append(np.stack([b.angle_rad, b.scale, *strength], axis=1))
+    for bow in bows:
+        strength = (
+            (bow.perpendicular, bow.parallel) if components else (bow.strength, 0.0 * bow.strength)
+        )
+        rows.append(np.stack([bow.angle_rad, bow.scale, *strength], axis=1))
     return np.array(rows, dtype=np.float32).reshape(len(rows), -1, 4)

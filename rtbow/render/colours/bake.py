@@ -2,41 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Float32,
-    Progress,
-    floats,
-    no_progress,
-)
-from rtbow.base.cache import (
-    file_digest,
-    forget_oldest,
-    keep_arrays,
-    kept_arrays,
-    source_digest,
-)
+from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
+from rtbow.base.cache import file_digest, forget_oldest, keep_arrays, kept_arrays, source_digest
 from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.gl.context import GlContext
-from rtbow.gl.glsl import Define, glsl_literal
+from rtbow.gl.glsl import Define
 from rtbow.gl.program import GlProgram
-from rtbow.physics.drop.airy import RADIUS_POWER, bows
+from rtbow.physics.drop import airy
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.render.colours.basis import LightBasis
-from rtbow.render.uniforms import bow_rows, dark_edges
+from rtbow.render.uniforms import bow_defines, bow_rows, dark_edges
 from rtbow.tables.airy import airy_table, shader_constants
 from rtbow.tables.layout import RadiusAxis, row_sections
 from rtbow.world.world import Scatterer
 
 _ROWS_AT_A_TIME = 32
+"""Rows of radius are summed in blocks of this many, which bounds the memory that they take."""
 _KEPT_FILES = 32
-"""Files of colours in the cache: each camera and height of the sun makes one of its own."""
+"""Files of colours in the cache, at most: each camera and height of the sun makes one."""
 
 
 @dataclass(frozen=True)
@@ -102,10 +92,10 @@ def outcomes(
     kept = kept_arrays("colours", key)
     if kept is not None:
         return np.asarray(kept["outcomes"], dtype=np.float32)
-    found = _from_sections(drops, light, theta, disc_rad, components=components, progress=progress)
-    if keep_arrays("colours", key, {"outcomes": found}):
+    summed = _from_sections(drops, light, theta, disc_rad, components=components, progress=progress)
+    if keep_arrays("colours", key, {"outcomes": summed}):
         forget_oldest("colours", _KEPT_FILES)
-    return found
+    return summed
 
 
 def middle_radius(radius_m: Array) -> float:
@@ -117,6 +107,7 @@ def _from_sections(
     drops: Drops, light: LightBasis, theta: Array, disc_rad: float, *,
     components: bool, progress: Progress,
 ) -> Float32:  # fmt: skip
+    """Sum tabled cross-sections on the CPU, some rows of radius at a time."""
     scatterer, radii = drops.scatterer, drops.radius_m
     range_um = float(radii[0] * 1e6), float(radii[-1] * 1e6)
     if drops.mixture is not None:
@@ -125,51 +116,69 @@ def _from_sections(
     sections = scatterer.sections(light.wavelength_nm, range_um, progress)
     parts = []
     for start in range(0, len(radii), _ROWS_AT_A_TIME):
-        some = radii[start : start + _ROWS_AT_A_TIME]
-        both = row_sections(sections, RadiusAxis(some, drops.mixture), theta, disc_rad)
-        both *= (some**2 * _scale(radii, some))[:, None, None, None]
-        chosen = both if components else both.mean(axis=3, keepdims=True)
+        block = radii[start : start + _ROWS_AT_A_TIME]
+        rows = row_sections(sections, RadiusAxis(block, drops.mixture), theta, disc_rad)
+        rows *= (block**2 * _scale(radii, block))[:, None, None, None]
+        kept = rows if components else rows.mean(axis=3, keepdims=True)
         parts.append(
-            np.einsum("rwuc,owx->ocrux", chosen, light.weights, optimize=True).astype(np.float32)
+            np.einsum("rwuc,owx->ocrux", kept, light.weights, optimize=True).astype(np.float32)
         )
     return np.concatenate(parts, axis=2)
 
 
-def _scale(radii: Array, some: Array) -> Array:
-    return floats((middle_radius(radii) / some) ** RADIUS_POWER)
+def _scale(radii: Array, block: Array) -> Array:
+    return floats((middle_radius(radii) / block) ** airy.RADIUS_POWER)
 
 
 def _bake(
     gl: GlContext, drops: Drops, light: LightBasis, theta: Array, disc_rad: float, *,
     components: bool,
 ) -> Float32:  # fmt: skip
-    nm = light.wavelength_nm
-    index = relative_index(nm, drops.scatterer.temperature_c)
-    the_bows = bows(drops.scatterer.orders, nm * 1e-9, index)
-    sides = ", ".join(glsl_literal(b.side) for b in the_bows)
-    count = len(light.weights)
-    defines: dict[str, Define] = {
-        **shader_constants(),
-        "RADIUS_POWER": RADIUS_POWER,
-        "WAVELENGTH_COUNT": len(nm),
-        "BOW_COUNT": len(the_bows),
-        "BOW_SIDE": f"float[]({sides})",
-        "SUN_COUNT": 1,
-        "LAMP_COUNT": 0,
-        "FIRST_LIGHT_ROW": len(the_bows),
-        "ONE_RADIUS": False,
-        "ATTENUATION": False,
-        "EXTINCTION": False,
-        "POLARIZER": components,
-        "DISC": disc_rad > 0.0,
-        "POLE": disc_rad > 0.0,
-        "WIDE": disc_rad > 0.0,
-        "OUTCOMES": count,
-    }
+    """Sum Airy's bows on the GL device, some rows of radius in each pass."""
+    index = relative_index(light.wavelength_nm, drops.scatterer.temperature_c)
+    bows = airy.bows(drops.scatterer.orders, light.wavelength_nm * 1e-9, index)
+    defines = _bake_defines(bows, light, disc_rad, components=components)
     program = GlProgram(gl, "fast/bake.frag", defines)
-    program.texture("spectral", bow_rows(the_bows, components=components), linear=False)
-    lights = np.concatenate([light.weights, np.zeros((count, len(nm), 1))], axis=2)
-    program.texture("light", lights, linear=False)
+    _upload(program, bows, drops, light, theta, disc_rad, components=components)
+    gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
+    rows = len(drops.radius_m)
+    blocks = [
+        _draw_rows(
+            gl, program, slice(start, min(start + _ROWS_AT_A_TIME, rows)), len(theta),
+            len(light.weights), components=components,
+        )
+        for start in range(0, rows, _ROWS_AT_A_TIME)
+    ]  # fmt: skip
+    outcome = np.concatenate(blocks, axis=2)
+    if components:
+        outcome *= 2.0  # of a component whose share is one the shader gives half
+    return outcome
+
+
+def _bake_defines(
+    bows: Sequence[airy.Bow], light: LightBasis, disc_rad: float, *, components: bool
+) -> dict[str, Define]:
+    """Give the constants and switches of the shader that sums bows over wavelengths."""
+    return {
+        **shader_constants(),
+        **bow_defines(bows),
+        "RADIUS_POWER": airy.RADIUS_POWER,
+        "WAVELENGTH_COUNT": len(light.wavelength_nm),
+        "OUTCOMES": len(light.weights),
+        "SUN_COUNT": 1,  # a lamp's colours, too, are those under a point at infinity
+        "LAMP_COUNT": 0,
+        "POLARIZER": components,
+        **dict.fromkeys(("DISC", "POLE", "WIDE"), disc_rad > 0.0),
+    }
+
+
+def _upload(
+    program: GlProgram, bows: Sequence[airy.Bow], drops: Drops, light: LightBasis, theta: Array,
+    disc_rad: float, *, components: bool,
+) -> None:  # fmt: skip
+    """Upload bows, weights, angles, radii and Airy's function."""
+    program.texture("spectral", bow_rows(bows, components=components), linear=False)
+    program.texture("light", np.pad(light.weights, ((0, 0), (0, 0), (0, 1))), linear=False)
     program.texture("angles", theta[None], linear=False)
     program.texture("radii", drops.radius_m[None], linear=False)
     table = airy_table()
@@ -178,25 +187,25 @@ def _bake(
         program.texture("theory.fringe", table.fringe[None])
         program.texture("theory.pole", table.pole)
     smallest = max(float(drops.radius_m[0]), MIN_RADIUS_UM * 1e-6)
-    program.set_array("theory.edge", dark_edges(the_bows, smallest, disc_rad))
+    program.set_array("theory.edge", dark_edges(bows, smallest, disc_rad))
     program.set("discRadius", disc_rad)
     program.set("perRadius", middle_radius(drops.radius_m))
-    gl.ctx.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
-    rows, columns = len(drops.radius_m), len(theta)
-    shares = (1.0, 0.0) if components else (0.5,)
-    found = np.empty((count, len(shares), rows, columns, 3), dtype=np.float32)
-    for start in range(0, rows, _ROWS_AT_A_TIME):
-        size = (columns, min(_ROWS_AT_A_TIME, rows - start))
-        targets = [gl.ctx.texture(size, 4, dtype="f4") for _ in range(count)]
-        frame = gl.ctx.framebuffer(targets)
-        frame.use()
-        program.set("firstRow", start)
-        for part, share in enumerate(shares):
-            program.set("component", share)
-            program.use()
-            program.draw()
-            for k, target in enumerate(targets):
-                pixels = np.frombuffer(target.read(), dtype=np.float32).reshape(*size[::-1], 4)
-                found[k, part, start : start + size[1]] = pixels[..., :3]
-    # The polariser's halves: the shader gives half of a component, its own share being one.
-    return found * (2.0 if components else 1.0)
+
+
+def _draw_rows(
+    gl: GlContext, program: GlProgram, rows: slice, columns: int, count: int, *, components: bool
+) -> Float32:
+    """Draw a block of rows of radius and read it: (count, components, rows, columns, 3)."""
+    size = columns, rows.stop - rows.start
+    targets = [gl.ctx.texture(size, 4, dtype="f4") for _ in range(count)]
+    frame = gl.ctx.framebuffer(targets)
+    frame.use()
+    program.set("firstRow", rows.start)
+    drawn = []
+    for share in (1.0, 0.0) if components else (0.5,):
+        program.set("component", share)
+        program.use()
+        program.draw()
+        pixels = [np.frombuffer(target.read(), dtype=np.float32) for target in targets]
+        drawn.append(np.reshape(pixels, (count, *size[::-1], 4))[..., :3])
+    return np.stack(drawn, axis=1)

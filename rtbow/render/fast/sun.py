@@ -10,7 +10,6 @@ themselves.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import moderngl
 import numpy as np
@@ -21,6 +20,7 @@ from rtbow.gl.glsl import Define
 from rtbow.gl.program import FrameTarget, GlProgram, Texture, added_up, row_texture
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR
+from rtbow.render.colours.table import ColourTable
 from rtbow.render.fast.columns import SunColumns, is_near, sunward_columns
 from rtbow.render.fast.light import LightPlan, most_texels
 from rtbow.render.fast.nodes import Nodes, block_for
@@ -208,7 +208,7 @@ class FastSun:
         check_loops(plan, 1 + self.plan.groups)
         self._place(*table)
 
-    def _table(self) -> tuple[Any, moderngl.Texture]:
+    def _table(self) -> tuple[ColourTable, moderngl.Texture]:
         return self._colours.behind(self.plan.columns.column, self.plan.degree)
 
     def move(self, plan: Plan) -> bool:
@@ -237,7 +237,7 @@ class FastSun:
             roaming=True, colours=self._colours,
         )  # fmt: skip
 
-    def _place(self, table: Any, texture: moderngl.Texture) -> None:
+    def _place(self, table: ColourTable, texture: moderngl.Texture) -> None:
         """Set all that depends on where camera and sun are."""
         sun, columns = self.plan.sun, self.plan.columns
         self.table = table

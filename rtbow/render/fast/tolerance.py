@@ -8,14 +8,14 @@ from typing import Literal
 from rtbow.base.limits import DEFAULT_DELTA_E
 
 Kind = Literal["alike", "smooth", "rough"]
-"""How radii vary over a volume: not at all (one radius or mixture), slowly over the grid's cells, or
-from each grid point to the next."""
+"""How radii vary over a volume: not at all (one radius or mixture), slowly over the grid's cells,
+or from each grid point to the next."""
 
 ROUGH = 0.05
 """A volume is rough from this mean change of ln(radius) between neighbouring grid points."""
 BLURRED_STEP_NM = 5.0
-"""Sizes mixed within 2 % or more need no finer step of wavelengths: that blurs their fringes by more
-than neighbouring wavelengths differ."""
+"""Sizes mixed within 2 % or more need no finer step of wavelengths: that blurs their fringes by
+more than neighbouring wavelengths differ."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,9 @@ class _Measured:
 
 
 # Each number was measured at the default bound by making all others finer
-# (``python tools/fast_error.py``). In rough volumes drawn radii fill a ray's histogram unevenly, so
-# that errors between rows do not cancel; but no nodes keep weights of rows, which then cost nothing.
+# (``python tools/fast_error.py``). In rough volumes drawn radii fill a ray's histogram unevenly,
+# so that errors between rows do not cancel; but rows cost nothing, since no nodes keep weights of
+# them.
 _MEASURED: dict[Kind, _Measured] = {
     "alike": _Measured(0.75, (4, 8, 4), (1.0, 2.0), (0.01, 0.015), 13.0, 4, 1.0),
     "smooth": _Measured(1.5, (2, 3, 4), (2.5, 5.0), (0.01, 0.015), 13.0, 4, 1.0),

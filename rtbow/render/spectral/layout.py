@@ -1,4 +1,4 @@
-"""Method ``spectral``: what its shader is told about a scene, as defines, numbers and rows."""
+"""Method ``spectral``: the defines, numbers and rows of numbers that its shader reads."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import MIN_RADIUS_UM
-from rtbow.gl.glsl import Define, glsl_literal
+from rtbow.gl.glsl import Define
 from rtbow.physics.drop.airy import SCALE_POWER
-from rtbow.render.uniforms import bow_rows, common_defines, dark_edges
+from rtbow.render.uniforms import bow_defines, bow_rows, common_defines, dark_edges
 from rtbow.tables.airy import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
 from rtbow.world.camera import View
 from rtbow.world.lights import NEAREST_M
@@ -18,10 +18,11 @@ from rtbow.world.steps import LEAST_RAIN_SAMPLES
 from rtbow.world.world import World
 
 LAMP_DEPTH_SAMPLES = 4
-"""Samples of the rain's extinction within a step at a lamp, which may be long in distance."""
+"""The rain's extinction is sampled so often within a step at a lamp, which may be long in
+distance."""
 _MAX_SECTIONS = 128
-"""Cross-sections that a pixel may keep in an array, over wavelengths and suns. Mesa's CPU driver
-takes 0.4 s to compile an array of 81 and minutes for one of 401."""
+"""A pixel keeps no more cross-sections than this in an array, over wavelengths and suns. Mesa's CPU
+driver takes 0.4 s to compile an array of 81 and minutes for one of 401."""
 
 
 def shader_defines(world: World) -> dict[str, Define]:
@@ -31,12 +32,7 @@ def shader_defines(world: World) -> dict[str, Define]:
     """
     optics, volume = world.optics, world.volume
     table, rain = not world.bows_in_place, world.rain is not None
-    sides = ", ".join(glsl_literal(b.side) for b in optics.bows)
-    bow_rows = 0 if table else len(optics.bows)
-    lights = len(optics.suns) + len(optics.lamps)
-    bows: dict[str, Define] = (
-        {} if table else {"BOW_COUNT": len(optics.bows), "BOW_SIDE": f"float[]({sides})"}
-    )
+    first_light = 0 if table else len(optics.bows)
     return {
         **shader_constants(),
         **common_defines(world),
@@ -44,9 +40,9 @@ def shader_defines(world: World) -> dict[str, Define]:
         "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
         "LAMP_DEPTH_SAMPLES": LAMP_DEPTH_SAMPLES,
         "WAVELENGTH_COUNT": len(optics.wavelength_nm),
-        **bows,
-        "FIRST_LIGHT_ROW": bow_rows,
-        "RAIN_ROW": bow_rows + lights,
+        **({} if table else bow_defines(optics.bows)),
+        "FIRST_LIGHT_ROW": first_light,
+        "RAIN_ROW": first_light + len(optics.lights),
         "SUN_COUNT": len(optics.suns),
         "LAMP_COUNT": len(optics.lamps),
         "ATTENUATION": optics.has_air or rain,

@@ -240,7 +240,6 @@ def test_every_shape_of_the_bake_compiles(context, monkeypatch, tmp_path):
             changes = {
                 "DISC": disc, "POLE": disc, "WIDE": disc, "POLARIZER": polarizer,
                 "OUTCOMES": count, "BOW_COUNT": bows, "BOW_SIDE": f"float[]({sides})",
-                "FIRST_LIGHT_ROW": bows,
             }  # fmt: skip
             assert baked[0].keys() >= changes.keys()
             shapes.add(("fast/bake.frag", tuple({**baked[0], **changes}.items())))
