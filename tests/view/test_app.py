@@ -36,6 +36,7 @@ from rtbow.view.picture.navigate import antisolar
 from rtbow.view.picture.projection import View
 from rtbow.view.picture.readout import read_pixel
 from rtbow.view.worker.pace import Order
+from rtbow.world.world import resolve
 from screen import ICONIC, NORMAL, SCREEN_PX, Hands
 
 SIZE = (320, 180)
@@ -387,7 +388,7 @@ def test_what_is_under_the_cursor_is_read_and_marked(live):
         live.viewer.frame_rgb, live.viewer.edits.scene, SIZE, (SIZE[0] / 2, SIZE[1] / 2)
     )
     fine = changed_scene(live.viewer.edits.scene, {"render.wavelength_step_nm": 1.0})
-    (expected,) = spectral_radiance_along(fine, seen.direction[None])
+    (expected,) = spectral_radiance_along(resolve(fine), seen.direction[None])
     np.testing.assert_allclose(radiance, expected, rtol=1e-9)
     assert expected.max() > 0.0
 

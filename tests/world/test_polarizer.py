@@ -12,7 +12,7 @@ from rtbow.physics.geometry import direction
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.scene.model import Camera, Scene
-from rtbow.world.camera import perpendicular_share
+from rtbow.world.camera import view_of
 from rtbow.world.spectra import load_spectrum
 
 RADIUS_UM = 120.0
@@ -135,7 +135,7 @@ def test_share_of_the_perpendicular_field(rng, polarizer_deg):
             # The plane of light and ray is seen as a line; the field across it stands on that.
             across = turned(camera, light) + 0.5 * np.pi
             expected = np.cos(across - np.radians(polarizer_deg)) ** 2
-            got = perpendicular_share(camera, 7.0 * light, ray[None])[0]
+            got = view_of(camera).perpendicular_share(7.0 * light, ray[None])[0]
             assert got == pytest.approx(expected, abs=1e-6)
 
 
@@ -154,7 +154,9 @@ def test_share_near_the_line_through_the_light(gl, polarizer_deg):
     expected = 0.5 + (in_full - 0.5) * angles**2 / (angles**2 + 1e-9)
     assert abs(expected[0] - 0.5) < 1e-3
     assert abs(expected[-3] - in_full) < 1e-3
-    np.testing.assert_allclose(perpendicular_share(camera, light, rays), expected, atol=1e-4)
+    np.testing.assert_allclose(
+        view_of(camera).perpendicular_share(light, rays), expected, atol=1e-4
+    )
     passing = [np.cos(np.radians(polarizer_deg)), 0.0, np.sin(np.radians(polarizer_deg))]
     lights, filters = (np.broadcast_to(v, rays.shape) for v in (light, passing))
     shader = probe(

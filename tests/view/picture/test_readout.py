@@ -18,6 +18,7 @@ from rtbow.view.picture.readout import (
     spectrum_at,
     text_of,
 )
+from rtbow.world.world import resolve
 from textbook import cross_section, mean_on_sphere, pinhole
 from textbook import towards as unit
 
@@ -220,7 +221,7 @@ def test_the_spectrum_sums_to_what_is_seen(name):
     ray = unit(2.0, 15.0)
     nm, radiance = spectrum_at(scene, ray)
     fine = scene.render.model_copy(update={"wavelength_step_nm": 1.0})
-    xyz = radiance_along(scene.model_copy(update={"render": fine}), ray[None])[0]
+    xyz = radiance_along(resolve(scene.model_copy(update={"render": fine})), ray[None])[0]
     at, cmf = colour_matching()
     widths = np.r_[0.5, np.ones(399), 0.5]
     summed = [(radiance * widths) @ np.interp(nm, at, f) for f in cmf.T]
