@@ -143,19 +143,19 @@ def _document(rows: Sequence[BenchRow], pictures: Mapping[str, str]) -> Iterator
 
 
 _HOW = (
-    "**Times** are medians, with quartiles, of frames from the call until the device is done,"
-    " without reading the picture back; frames before them warm up. **Floor** is a full-screen pass"
+    "**Times** are medians, with quartiles, per frame, from the call until the device is done,"
+    " without reading the picture back, after warm-up frames. **Floor** is a full-screen pass"
     " of the same size and format (RGBA32F) with one bilinear look-up in a float32 table per pixel."
-    " Its frames and the method's take turns, so that whatever else the machine does meets both.",
+    " Its frames alternate with the method's, so that other load on the machine affects both.",
     "**Against spectral** compares with the paper's wavelength loop in the same run, at"
     f" {TARGET_STEP_NM:g} nm (81 wavelengths).",
     "**ΔE2000** is against the float64 reference at 1 nm, at a sample of the frame's own pixels:"
-    " one at random, with a fixed seed, in each of as many equal cells. White is D65 at the"
-    " sample's 99.5th-percentile luminance; percentiles are over pixels with light. The greatest ΔE"
-    " is that of the sample, not of the frame.",
+    " one chosen at random, with a fixed seed, from each of as many equal cells. White is D65 at"
+    " the sample's 99.5th-percentile luminance; percentiles are over pixels with light. The worst"
+    " ΔE is that of the sample, not of the frame.",
     "**Memory** is the process's peak resident size while the row was measured (interpreter,"
-    " libraries and, on a CPU renderer, the textures included); **textures** are what the method"
-    " keeps on the device, tables and volume.",
+    " libraries and, on a CPU renderer, the textures included); **textures** are those that the"
+    " method keeps on the device, for tables and volume.",
 )
 
 
@@ -250,7 +250,7 @@ def _delta_e_p99(row: BenchRow) -> float:
 
 _WHICH = (
     f"Method `fast` at {TARGET_SIZE[0]} × {TARGET_SIZE[1]}, at the scene's own tolerance; where"
-    " that was not measured, the quickest setting that keeps the target's error."
+    " that was not measured, the quickest setting that stays within the target's error."
 )
 
 

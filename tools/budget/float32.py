@@ -63,8 +63,8 @@ def measure() -> Measurement:
 FLOAT32 = Stage(
     "float32 in the shader",
     "The shader's frame of a uniform volume, where the march has no error, against the "
-    "same look-ups in float64 (rounding and texture filtering alone; the exact theory's "
-    "table is laid out anew for the shader, and interpolated linearly) and against the "
+    "same look-ups in float64 (rounding and texture filtering alone; the table of exact "
+    "theory is resampled for the shader and interpolated linearly) and against the "
     "reference (the table's error as well).",
     measure,
 )

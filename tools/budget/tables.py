@@ -157,7 +157,7 @@ def _strips() -> Measurement:
 def _shipped_against(full: MieTable | None) -> Measurement:
     shipped = compact_table()
     size = (
-        f"the exact table that ships: {COMPACT_FILE.stat().st_size} bytes, "
+        f"The exact table that ships: {COMPACT_FILE.stat().st_size} bytes, "
         f"{shipped.values.nbytes / 2**20:.0f} MiB in memory, {shipped.values.shape[1]} sizes,"
         f" {shipped.values.shape[0]} indices, {shipped.values.shape[3]} angles"
     )
@@ -180,9 +180,9 @@ def _shipped_against(full: MieTable | None) -> Measurement:
 
 TABLE = Stage(
     "Table interpolation",
-    "Look-ups in float64 against Airy's function and Lorenz-Mie's series themselves, at "
-    "random radii (10-1500 µm) and wavelengths (380-780 nm). The series is averaged over "
-    "2 % of spread in size in both. That mean is sampled, and high orders have random "
-    "phases: a direct sum at other samples shows how much of the error is the sums' own.",
+    "Look-ups in float64 against direct evaluation of Airy's function and the Lorenz-Mie "
+    "series, at random radii (10-1500 µm) and wavelengths (380-780 nm). In both, the series is "
+    "averaged over 2 % of spread in size. That mean is sampled, and high orders have random "
+    "phases: a direct sum at other samples shows how much of the error is due to the sums.",
     measure,
 )

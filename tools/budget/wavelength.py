@@ -36,8 +36,8 @@ def measure() -> Measurement:
 
 WAVELENGTH = Stage(
     "Wavelength step",
-    "Strips by the method `reference`, Airy's theory, against the same at 1 nm. Light "
-    "times colour-matching functions is integrated exactly over each bin; the step "
-    "samples the drop alone.",
+    "Strips by method `reference` with Airy's theory, against the same at 1 nm. Light "
+    "times colour-matching functions is integrated exactly over each bin; only the drop's "
+    "scattering is sampled at the step.",
     measure,
 )
