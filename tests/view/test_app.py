@@ -50,10 +50,11 @@ class Session:
     def __init__(self, viewer: Viewer, hands: Hands, unsaved: Path) -> None:
         self.viewer, self.hands = viewer, hands
         self._unsaved = unsaved
+        self.earlier: set[Path] = set()
 
     def kept(self, stem: str) -> list[Path]:
-        """The files that hold what was not saved of a scene."""
-        return list(self._unsaved.glob(f"{stem}-*.toml"))
+        """The files that hold what was not saved of a scene, without those of earlier tests."""
+        return [path for path in self._unsaved.glob(f"{stem}-*.toml") if path not in self.earlier]
 
     def until(self, condition: Callable[[], bool]) -> None:
         end = time.monotonic() + PATIENCE_S
@@ -166,6 +167,7 @@ def live(session: Session) -> Iterator[Session]:
     viewer.state.exposure_ev = None
     session.move(SIZE[0] + 150, 5)
     session.settle()
+    session.earlier |= set(session.kept("*"))
     yield session
     for key in ("Shift_L", "Control_L", *"wasdqe"):
         session.hands.key(key, False)
