@@ -1,1 +1,1 @@
-"""What all else stands on: errors, files, caches, compiled code; no physics and no GL."""
+"""What everything else stands on: errors, files, caches, compiled code; no physics and no GL."""

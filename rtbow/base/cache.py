@@ -54,9 +54,9 @@ def cached_arrays(name: str, key: str, build: Callable[[], Mapping[str, Any]]) -
     Raises:
         RtbowError: ``build`` gave an array of Python objects, or raised this error itself.
     """
-    found = kept_arrays(name, key)
-    if found is not None:
-        return found
+    kept = kept_arrays(name, key)
+    if kept is not None:
+        return kept
     arrays = {item: np.asarray(value) for item, value in build().items()}
     keep_arrays(name, key, arrays)
     return arrays

@@ -3,7 +3,7 @@
 CHECK_PATH = (
     "check the path: in a scene file it starts at that file's folder, elsewhere at the current one"
 )
-"""What to do about an input file that is not there."""
+"""The remedy for an input file that is not there."""
 
 
 class RtbowError(Exception):

@@ -48,7 +48,7 @@ def write_exr_channels(
     """Write named float32 channels as OpenEXR, whole or not at all.
 
     Args:
-        path: Where the file shall stand.
+        path: Where the file is to be.
         channels: Arrays of one shape (h, w) by channel name.
         metadata: String attributes by name.
         header: Further attributes of OpenEXR's own.

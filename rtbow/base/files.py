@@ -41,7 +41,7 @@ def write_atomic(path: PathLike, data: bytes) -> None:
     written to directly.
 
     Args:
-        path: Where the file shall stand.
+        path: Where the file is to be.
         data: The whole content.
 
     Raises:
@@ -77,7 +77,7 @@ def replacing(path: PathLike) -> Iterator[Path]:
     else it is removed.
 
     Args:
-        path: Where the file shall stand.
+        path: Where the file is to be.
 
     Yields:
         An empty file, on the same file system where the path is no device or pipe.
@@ -122,7 +122,7 @@ def check_writable(path: PathLike, suffixes: Sequence[str]) -> None:
     """Check before long work that a file can be written; leave nothing behind.
 
     Args:
-        path: Where the file shall stand.
+        path: Where the file is to be.
         suffixes: The allowed endings with their dots, in lower case, such as ``(".exr", ".png")``;
             upper and lower case are the same.
 
@@ -137,7 +137,7 @@ def check_writable(path: PathLike, suffixes: Sequence[str]) -> None:
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
             return
         target, _ = _regular_target(path)
-        # Only a real file tells: permission bits know nothing of quotas, network file systems
+        # Only a real file is proof: permission bits know nothing of quotas, network file systems
         # or a folder without room for one more entry.
         temporary = _temporary_beside(target)
         try:
@@ -165,7 +165,7 @@ def check_suffix(path: PathLike, suffixes: Sequence[str], example: PathLike | No
     Args:
         path: the name.
         suffixes: as for :func:`check_writable`.
-        example: what to write instead; None is the same name with the first ending.
+        example: what to write instead; None is the name with the first ending.
     """
     suffix = Path(path).suffix
     if suffix.lower() in suffixes:

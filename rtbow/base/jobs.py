@@ -17,13 +17,13 @@ Part = TypeVar("Part")
 Result = TypeVar("Result")
 
 _WORKERS_S = 20.0
-"""How long a cluster without workers is waited for."""
+"""Seconds to wait for the first worker of a cluster."""
 _POOL_RETRIES = 5
-"""How often a pool of processes is made anew after one of them was killed."""
+"""Pools of processes that are tried, one after another, as long as processes are killed."""
 
 
 def _end_with(parent: int) -> None:
-    """End this process when its parent is gone: a killed one cannot say so, and would leave it."""
+    """End this process once its parent is gone, which cannot end it when it is killed itself."""
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -36,12 +36,12 @@ def _end_with(parent: int) -> None:
 def in_processes(
     work: Callable[[Part], Result], todo: Sequence[Part], workers: int
 ) -> Iterator[tuple[Part, Result]]:
-    """Do parts of a work in processes of this machine; a killed process costs its own part only.
+    """Do the parts of a job in processes of this machine; a killed process costs its own part only.
 
     Args:
-        work: what is done with a part; a module's own function, as processes import it.
+        work: what is done with a part; a function of a module, which the processes import.
         todo: the parts, hashable, in the order in which they are begun.
-        workers: processes.
+        workers: how many processes.
 
     Yields:
         A part and its result, as they come.
@@ -83,7 +83,7 @@ def in_processes(
 def on_cluster(
     work: Callable[[Part], tuple[str, Result]], todo: Sequence[Part], scheduler: str, code: str
 ) -> Iterator[tuple[Part, Result]]:
-    """Do parts of a work on a Dask cluster, which gives those of a lost worker to another.
+    """Do the parts of a job on a Dask cluster, which gives those of a lost worker to another.
 
     Args:
         work: what is done with a part; it returns the digest of its own code with the result.

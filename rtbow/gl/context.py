@@ -148,7 +148,7 @@ def open_context(backend: Backend = "auto", *, robust: bool = False) -> GlContex
         backend: ``egl``, ``osmesa`` or ``window``; ``auto`` takes the first that opens of EGL, a
             window if there is a display, and OSMesa. For EGL the environment variable
             ``RTBOW_EGL_DEVICE`` chooses a device by index; else the first that works is taken.
-        robust: whether a window's context tells when the device was reset, where the driver can.
+        robust: ask for a window's context that reports a reset of the device, if the driver can.
 
     Raises:
         InputError: an unknown backend, or a wrong ``RTBOW_EGL_DEVICE``.

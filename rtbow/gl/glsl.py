@@ -189,7 +189,7 @@ def glsl_literal(value: Define) -> str:
         if not -(2**31) < number < 2**31:
             raise ShaderError(f"{number} does not fit into a GLSL int; must be ±2147483647")
         return f"({number})" if number < 0 else str(number)
-    with np.errstate(over="ignore"):  # told below
+    with np.errstate(over="ignore"):  # refused below
         number32 = float(np.float32(value))
     if not math.isfinite(number32):
         raise ShaderError(f"{value} does not fit into a GLSL float; must be finite, up to 3.4e38")

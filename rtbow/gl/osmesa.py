@@ -31,7 +31,7 @@ class _OsmesaDriver:
     """OSMesa called directly.
 
     GLFW makes OSMesa contexts too, but only one platform at a time, the null one or a display's,
-    and it leaves OSMesa current when told to detach it.
+    and it leaves OSMesa current when asked to detach it.
     """
 
     def __init__(self, library: ctypes.CDLL) -> None:

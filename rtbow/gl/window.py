@@ -148,7 +148,7 @@ def open_window(*, robust: bool = False) -> tuple[Driver, moderngl.Context]:
     """Open a hidden window with a context.
 
     Args:
-        robust: whether the context tells when the device was reset, where the driver can.
+        robust: ask for a context that reports a reset of the device, if the driver can.
 
     Raises:
         BackendError: there is no display, or no OpenGL 3.3.

@@ -62,12 +62,12 @@ class Sizes:
         return float(self.radius_m[0] * 1e6), float(self.radius_m[-1] * 1e6)
 
     def within(self, largest_um: float, area_share: float) -> Sizes:
-        """Give the same with radii up to a largest one, if hardly any area is beyond.
+        """Give the distribution cut off at a largest radius, if hardly any area is beyond.
 
         Args:
-            largest_um: radius that the others take.
-            area_share: of the drops' area, at most, that may be beyond; else nothing changes. The
-                drops there keep their area.
+            largest_um: the radius, which larger drops take.
+            area_share: greatest share of the drops' area that may be beyond; the cut keeps that
+                area. With more beyond, nothing changes.
         """
         area = self.share * self.radius_m**2
         beyond = self.radius_m > largest_um * 1e-6

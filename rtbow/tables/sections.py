@@ -59,7 +59,8 @@ class Sections(Protocol):
         ...
 
     def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
-        """Give the mean over drops of several sizes, (W, U, 2); arguments as above."""
+        """Give the mean over drops of several sizes, (W, U, 2), from the arguments of
+        :meth:`sections`."""
         ...
 
 
@@ -184,9 +185,11 @@ def water_sections(
     return MieSections(mie_table(spread, radii_um, progress, range_), nm * 1e-9, index)
 
 
+_EDGE_TERM = 1.9924
+"""Q_ext of a large drop is 2, its shadow and the light diffracted by it, and this times x^(-2/3),
+what grazes its edge: Nussenzveig and Wiscombe, Phys. Rev. Lett. 45, 1490 (1980)."""
 _EDGE_SIZE = 3000.0
-"""From this x on Q_ext is 2 + 1.9924 x^(-2/3) within 5e-4: Nussenzveig and Wiscombe, Phys. Rev.
-Lett. 45, 1490 (1980); the diffracted light and what grazes the edge."""
+"""Size x from which on Q_ext is taken as that, within 5e-4."""
 
 
 def extinction_efficiencies(radius_m: Array, wavelength_nm: Array, temperature_c: float) -> Array:
@@ -197,7 +200,7 @@ def extinction_efficiencies(radius_m: Array, wavelength_nm: Array, temperature_c
     """
     nm, radii = floats(wavelength_nm), floats(radius_m)
     x = 2.0 * np.pi * radii[:, None] / (nm * 1e-9)
-    large = 2.0 + 1.9924 * x ** (-2.0 / 3.0)
+    large = 2.0 + _EDGE_TERM * x ** (-2.0 / 3.0)
     if x.min() >= _EDGE_SIZE:
         return floats(large)
     table = compact_table()

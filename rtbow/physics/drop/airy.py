@@ -143,11 +143,6 @@ def bows(orders: Sequence[int], wavelength_m: Array, index: Array) -> tuple[Bow,
     return tuple(bow(k, wavelength_m, index) for k in orders)
 
 
-def excess_angle(the_bow: Bow, theta_rad: Array) -> Array:
-    """Give the angle from the bow into its bright side, rad, broadcast over (..., W)."""
-    return the_bow.side * (np.asarray(theta_rad, dtype=np.float64) - the_bow.angle_rad)
-
-
 def airy_squared(z: Array) -> Array:
     """Give Ai²(-z), any shape."""
     return airy_squared_and_integral(z)[0]

@@ -37,7 +37,7 @@ class Spectrum:
         return self.integral(*VISIBLE_NM)
 
     def scaled(self, irradiance_w_m2: float) -> Spectrum:
-        """Give the same shape with this integral over 380-780 nm."""
+        """Give the spectrum scaled to an integral over 380-780 nm, W/m²."""
         factor = irradiance_w_m2 / self.visible
         return Spectrum(self.name, self.wavelength_nm, self.value * factor, absolute=True)
 

@@ -29,7 +29,7 @@ SEA_LEVEL_C = 15.0
 _LEAST_REFRACTED_DEG = -1.0
 """True altitude below which no refraction is added: at sunrise the sun stands at -0.83."""
 _HORIZON = "-0:34"
-"""Degrees and minutes: refraction at the horizon by which almanacs reckon sunrise and sunset."""
+"""Degrees and minutes: refraction at the horizon by which almanacs compute sunrise and sunset."""
 _HIGHEST_M = 9000.0
 _LOWEST_M = -500.0
 

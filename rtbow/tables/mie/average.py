@@ -121,7 +121,7 @@ def node_intensities(axes: MieAxes, nodes: Array, m: float) -> Array:
 
 
 def mean_efficiency(axes: MieAxes, nodes: Array, m: float) -> Array:
-    """Average the extinction efficiency over the same spread: (n,)."""
+    """Average the extinction efficiency over sizes as :func:`mean_intensities` does: (n,)."""
     margin = _REACH * axes.spread
     low, high = float(nodes[0]) - margin, float(nodes[-1]) + margin
     step = axes.spread / _ORDER_STEPS

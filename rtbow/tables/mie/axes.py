@@ -23,8 +23,9 @@ _THINNING = 4
 INDEX_RANGE = (1.3268, 1.3466)
 """Water in air, 380-780 nm, 0 to 30 °C."""
 WIDE_INDEX_RANGE = (1.3215, 1.3470)
-"""The same, -12 to 60 °C. Bows of high order move several times as fast with the index as the first
-two, which is what limits interpolation: a fifth of the error is left in the narrower range."""
+"""Water in air, 380-780 nm, -12 to 60 °C. Bows of high order move several times as fast with the
+index as the first two, which is what limits interpolation: a fifth of the error is left in the
+narrower range."""
 _MIDDLE_INDEX = 0.5 * (INDEX_RANGE[0] + INDEX_RANGE[1])
 
 
@@ -38,8 +39,9 @@ class MieAxes:
         indices: nodes along m (Chebyshev's).
         index_range: over which they lie.
         per_fold: angles per factor e of the distance from a bow.
-        per_forward_fold: the same from the forward direction, up to half a radian.
-        per_backward_fold: the same from the backward direction.
+        per_forward_fold: angles per factor e of the distance from the forward direction, up to
+            half a radian.
+        per_backward_fold: angles per factor e of the distance from the backward direction.
         base_deg: widest distance between angles.
     """
 
@@ -185,9 +187,9 @@ def _anchors(m: float) -> Array:
     edges = []
     for reflections in (1, 2):
         # Any wavelength will do for a ratio of scales.
-        here, middle = (bow(reflections, np.array(1e-6), np.array(n)) for n in (m, _MIDDLE_INDEX))
-        scale.append(float(middle.scale / here.scale))
-        edges.append(float(here.angle_rad))
+        moved, middle = (bow(reflections, np.array(1e-6), np.array(n)) for n in (m, _MIDDLE_INDEX))
+        scale.append(float(middle.scale / moved.scale))
+        edges.append(float(moved.angle_rad))
     primary, secondary = edges
     return np.array(
         [

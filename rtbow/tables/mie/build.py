@@ -92,7 +92,7 @@ Results = Iterator[tuple[Part, dict[str, Array]]]
 
 
 def _checked_part(part: Part) -> tuple[str, dict[str, Array]]:
-    """Compute a part, and say by which code."""
+    """Compute a part, and give the digest of the code with it."""
     return _digest(), compute_part(part)
 
 
@@ -163,7 +163,7 @@ def _table_key(axes: MieAxes, nodes: tuple[int, int]) -> str:
 
 
 def _cores() -> int:
-    """Cores that this process may use, where the system tells."""
+    """Count the cores that this process may use, or all where the system does not say."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

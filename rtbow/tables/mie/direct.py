@@ -73,5 +73,5 @@ class DirectMieSections:
         return out
 
     def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
-        """Give the same without the first axis; there are no several sizes."""
+        """Give both components at the one radius, (W, U, 2): there is no other size to mix."""
         return floats(self.sections(sizes.radius_m, theta_rad, disc_rad)[0])

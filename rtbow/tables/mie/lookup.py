@@ -45,7 +45,7 @@ class MieTable:
         axes: the layout.
         first: node of the first size.
         values: |S|²/x² (indices, sizes, 2, angles), perpendicular and parallel, float32.
-        efficiency: Q_ext (indices, sizes), with the same spread of sizes.
+        efficiency: Q_ext (indices, sizes), averaged over the spread of sizes as ``values`` are.
     """
 
     axes: MieAxes
@@ -239,7 +239,8 @@ class MieSections:
         return slice(low, high), floats(places - low)
 
     def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
-        """Give the mean over drops of several sizes, (W, U, 2); arguments as above."""
+        """Give the mean over drops of several sizes, (W, U, 2), from the arguments of
+        :meth:`sections`."""
         sizes = tabled_sizes(sizes)
         nodes, weights = disc_grid(floats(theta_rad), disc_rad)
         out = np.empty((len(self.index), len(theta_rad), 2))

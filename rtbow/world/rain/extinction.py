@@ -41,7 +41,7 @@ LEAST_POINTS = 24
 
 @dataclass(frozen=True)
 class RainExtinction:
-    """A scene's extinction.
+    """The extinction by a scene's rain.
 
     Attributes:
         field: extinction at 550 nm at the grid's points, 1/m, (nz, ny, nx); (1, 1, 1) if uniform.
@@ -66,7 +66,7 @@ def disc_share(x: Array, disc_rad: float) -> Array:
 
 
 def effective_efficiencies(scene: Scene, optics: Optics, radius_m: Array, nm: Array) -> Array:
-    """Give the efficiency Q that a scene's drops are reckoned with.
+    """Give the efficiency Q with which a scene's drops take light out of a beam.
 
     Args:
         scene: the scene.
@@ -75,8 +75,8 @@ def effective_efficiencies(scene: Scene, optics: Optics, radius_m: Array, nm: Ar
         nm: wavelengths (W,).
 
     Returns:
-        (R, W): the scene's own, or Q_ext less what diffraction leaves within the greatest sun's
-        disc.
+        (R, W): the scene's ``droplets.extinction_efficiency``, or Q_ext less what diffraction
+        leaves within the largest sun's disc.
     """
     fixed = scene.droplets.extinction_efficiency
     if fixed is not None:
@@ -99,7 +99,7 @@ def rain_extinction(scene: Scene, optics: Optics, volume: DropletVolume) -> Rain
     if most <= 0.0:  # no drops anywhere
         return RainExtinction(np.zeros_like(number), np.ones(len(optics.wavelength_nm)))
     radius = volume.radius_um.transpose(2, 1, 0).astype(np.float64) * 1e-6
-    # Over a few sizes, and between them linearly: Q is smooth once it is averaged over the spread.
+    # At some sizes, and linearly between: Q is smooth once it is averaged over the spread.
     nodes = np.geomspace(least, most, 200 if most > least else 1) * 1e-6
     middle = effective_efficiencies(scene, optics, nodes, nm[:1])[:, 0]
     efficiency = np.interp(np.clip(radius, nodes[0], nodes[-1]), nodes, middle)
@@ -129,7 +129,17 @@ def _mean_towards(
 
 
 def paths_to(light: Sun | Lamp, points: Array, box: Array) -> tuple[Array, Array]:
-    """Give unit directions (n, 3) from points (n, 3) to a light, and the way in the box (n,)."""
+    """Give the ways from points of a box to a light.
+
+    Args:
+        light: a sun or a lamp.
+        points: places in the box (n, 3), m.
+        box: corners (2, 3), m.
+
+    Returns:
+        Unit directions (n, 3), and how far each way leads through the box, m, (n,): to its faces,
+        or to a lamp inside.
+    """
     if isinstance(light, Sun):
         directions = np.broadcast_to(light.direction, points.shape)
         distance = np.full(len(points), np.inf)
@@ -149,7 +159,7 @@ def _exits(points: Array, direction: Array, box: Array) -> Array:
 
 
 def with_second(field: Array) -> Array:
-    """Give a field as the kernels take fields: a second channel, unused."""
+    """Give a field with the second channel that the kernels expect, unused, (nz, ny, nx, 2)."""
     return np.ascontiguousarray(np.stack([field, np.zeros_like(field)], axis=-1))
 
 
