@@ -1,6 +1,9 @@
-"""Compiled loops of the reference: samples along rays, and the sum over wavelengths."""
+"""Compiled loops of the reference along rays: cuts, optical depths, samples and their sum."""
 
 from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,67 +16,146 @@ from rtbow.world.rain.volume_compiled import interpolate
 LEAST_NODES = 3
 """Nodes for a piece of a ray whose drops are of one size."""
 NODES_PER_LOG_RADIUS = 30.0
+"""Further nodes for a piece per unit of the logarithm of its largest over its smallest radius."""
+_MOST_NODES = 96
+"""Nodes for a piece at most."""
+_UNSEEN_DEPTH = 50.0
+"""Optical depth behind which nothing is seen: e⁻⁵⁰ is 2e-22."""
+
+
+class Rays(NamedTuple):
+    """Rays from the eye through the box of drops.
+
+    Attributes:
+        origin: the eye (3,), m.
+        directions: unit vectors (n, 3).
+        entry: distance of entry into the box (n,), m; at or beyond ``leave`` where a ray misses.
+        leave: distance of exit (n,), m.
+        longest: longest piece of each ray (n,), m.
+    """
+
+    origin: Array
+    directions: Array
+    entry: Array
+    leave: Array
+    longest: Array
+
+
+class Grid(NamedTuple):
+    """The rain in its box, trilinear between grid points; the outermost lie on the box's faces.
+
+    Attributes:
+        box: corners (2, 3), m.
+        moments: density in m⁻³, and density times radius in m⁻² (nz, ny, nx, 2).
+        extinction: extinction at 550 nm in 1/m, and a channel that is not used (nz, ny, nx, 2).
+    """
+
+    box: Array
+    moments: Array
+    extinction: Array
+
+
+class Samples(NamedTuple):
+    """Samples along some rays, those of a ray next to each other.
+
+    Attributes:
+        start: first sample of each ray, and the end of the last (n + 1,).
+        distance: from the eye (m,), m, ascending along a ray.
+        weight: density times length (m,), m⁻².
+        radius: drop radius (m,), m.
+    """
+
+    start: Indices
+    distance: Array
+    weight: Array
+    radius: Array
+
+
+class Attenuation(NamedTuple):
+    """What attenuates the light from a light to each sample and on to the eye.
+
+    Attributes:
+        column: air column (m,), in H0.
+        depth: optical depth of the rain at 550 nm (m,).
+        air_depth: vertical optical depth of the air (W,).
+        rain_ratio: the rain's extinction over that at 550 nm (W,).
+    """
+
+    column: Array
+    depth: Array
+    air_depth: Array
+    rain_ratio: Array
+
+
+class DiscNodes(NamedTuple):
+    """Nodes over a light's disc for each pixel, those of a pixel next to each other.
+
+    Attributes:
+        start: first node of each pixel, and the end of the last (n + 1,).
+        angle: scattering angles (m,), rad.
+        weight: weights (m,), which sum to 1 for each pixel.
+    """
+
+    start: Indices
+    angle: Array
+    weight: Array
+
+
+class Bows(NamedTuple):
+    """Airy's bows at each wavelength.
+
+    Attributes:
+        angle: scattering angle of the geometric bow (bows, W), rad.
+        scale: Airy's argument per radian from the bow, over radius^⅔ (bows, W), m^-⅔.
+        first: strength of the first component, over radius^7/3 (bows, W), m^-⅓ sr⁻¹.
+        second: the same of the second; a pixel has shares of both that sum to 1.
+        side: +1 where the bow's light lies at larger angles, or -1 (bows,).
+    """
+
+    angle: Array
+    scale: Array
+    first: Array
+    second: Array
+    side: Array
 
 
 @compiled()
-def cut_ray(
-    origin: Array, ray: Array, entry: float, leave: float, box: Array, counts: Array, longest: float
-) -> Array:
-    """Distances at which a ray is cut: its ends, the grid's planes, and pieces <= longest."""
-    cuts = [entry, leave]
+def cut_ray(origin: Array, ray: Array, start: float, end: float, box: Array, field: Array) -> Array:
+    """Distances at which a ray is cut between two: both, and where it crosses the grid's planes."""
+    cuts = [start, end]
     for axis in range(3):
-        if counts[axis] > 1 and ray[axis] != 0.0:
-            spacing = (box[1, axis] - box[0, axis]) / (counts[axis] - 1)
-            for k in range(1, counts[axis] - 1):
+        count = field.shape[2 - axis]
+        if count > 1 and ray[axis] != 0.0:
+            spacing = (box[1, axis] - box[0, axis]) / (count - 1)
+            for k in range(1, count - 1):
                 t = (box[0, axis] + k * spacing - origin[axis]) / ray[axis]
-                if entry < t < leave:
+                if start < t < end:
                     cuts.append(t)
-    ordered = np.sort(np.array(cuts))
+    return np.sort(np.array(cuts))
+
+
+@compiled()
+def cut_by_length(cuts: Array, longest: float) -> Array:
+    """Cut further, evenly, so that no piece is longer than that."""
     if not np.isfinite(longest):
-        return ordered
-    fine = [ordered[0]]
-    for k in range(len(ordered) - 1):
-        length = ordered[k + 1] - ordered[k]
+        return cuts
+    fine = [cuts[0]]
+    for k in range(len(cuts) - 1):
+        length = cuts[k + 1] - cuts[k]
         pieces = max(1, int(np.ceil(length / longest)))
         for j in range(1, pieces + 1):
-            fine.append(ordered[k] + length * j / pieces)
+            fine.append(cuts[k] + length * j / pieces)
     return np.array(fine)
 
 
 @compiled()
-def optical_depth(
-    origin: Array, ray: Array, start: float, end: float, box: Array, field: Array
-) -> float:
-    """Integral of a field (nz, ny, nx, 2), its first channel, along a ray within its box.
-
-    Exact: cut at the grid's planes, between which the field is a cubic along the ray.
-    """
-    if end <= start:
-        return 0.0
-    counts = np.array([field.shape[2], field.shape[1], field.shape[0]])
-    cuts = cut_ray(origin, ray, start, end, box, counts, np.inf)
-    total = 0.0
-    for k in range(len(cuts) - 1):
-        half, middle = 0.5 * (cuts[k + 1] - cuts[k]), 0.5 * (cuts[k + 1] + cuts[k])
-        for side in (-1.0, 1.0):
-            # Gauss-Legendre with two nodes, exact for cubics.
-            at = origin + (middle + side * half * 0.5773502691896258) * ray
-            total += half * interpolate(at, box, field)[0]
-    return total
-
-
-_UNSEEN_DEPTH = 50.0
-"""Optical depth behind which nothing is seen."""
-
-
-@compiled()
-def cut_by_depth(
-    origin: Array, ray: Array, cuts: Array, box: Array, field: Array, thickest: float
-) -> Array:
+def cut_by_depth(origin: Array, ray: Array, cuts: Array, grid: Grid, thickest: float) -> Array:
     """Cut further, so that no piece is optically thicker than that as far as anything is seen.
 
     Dense fog shows its first metres, or micrometres, only: even pieces would all lie behind them.
     """
+    if not np.isfinite(thickest):
+        return cuts
     fine = [cuts[0]]
     depth, last = 0.0, np.inf
     for k in range(len(cuts) - 1):
@@ -81,13 +163,13 @@ def cut_by_depth(
         while start < cuts[k + 1]:
             # From a guess by the piece before, halved until it is thin.
             end = min(cuts[k + 1], start + 2.0 * last) if depth < _UNSEEN_DEPTH else cuts[k + 1]
-            part = optical_depth(origin, ray, start, end, box, field)
+            part = optical_depth(origin, ray, start, end, grid)
             while part > thickest and depth < _UNSEEN_DEPTH:
                 middle = 0.5 * (start + end)
                 if middle <= start or middle >= end:  # neighbours in float64
                     break
                 end = middle
-                part = optical_depth(origin, ray, start, end, box, field)
+                part = optical_depth(origin, ray, start, end, grid)
             fine.append(end)
             depth += part
             last = end - start
@@ -96,7 +178,7 @@ def cut_by_depth(
 
 
 @compiled()
-def cut_at_levels(origin: Array, ray: Array, cuts: Array, levels: Array) -> Array:
+def _cut_at_levels(origin: Array, ray: Array, cuts: Array, levels: Array) -> Array:
     """Cut further where a ray crosses some heights."""
     more = list(cuts)
     for level in levels:
@@ -108,10 +190,70 @@ def cut_at_levels(origin: Array, ray: Array, cuts: Array, levels: Array) -> Arra
 
 
 @compiled()
-def node_count(
-    origin: Array, ray: Array, start: float, end: float, box: Array, moments: Array
-) -> int:
-    """Nodes for a piece of a ray: 3 where drops are of a size, more where the radius changes.
+def optical_depth(origin: Array, ray: Array, start: float, end: float, grid: Grid) -> float:
+    """Optical depth of the rain at 550 nm between two distances along a ray within the box.
+
+    Exact: cut at the grid's planes, between which the extinction is a cubic along the ray.
+    """
+    if end <= start:
+        return 0.0
+    cuts = cut_ray(origin, ray, start, end, grid.box, grid.extinction)
+    total = 0.0
+    for k in range(len(cuts) - 1):
+        half, middle = 0.5 * (cuts[k + 1] - cuts[k]), 0.5 * (cuts[k + 1] + cuts[k])
+        for side in (-1.0, 1.0):
+            # Gauss-Legendre with two nodes, exact for cubics.
+            at = origin + (middle + side * half * 0.5773502691896258) * ray
+            total += half * interpolate(at, grid.box, grid.extinction)[0]
+    return total
+
+
+@compiled(parallel=True)
+def depths_along(rays: Rays, start: Indices, distance: Array, grid: Grid) -> Array:
+    """Optical depth of the rain at 550 nm from the eye to samples along rays.
+
+    Args:
+        rays: n rays.
+        start: first sample of each ray, and the end of the last (n + 1,).
+        distance: of each sample (m,), m, ascending along a ray.
+        grid: the rain.
+
+    Returns:
+        (m,).
+    """
+    depths = np.zeros(len(distance))
+    for pixel in prange(len(rays.directions)):
+        ray = rays.directions[pixel]
+        depth, reached = 0.0, rays.entry[pixel]
+        for k in range(start[pixel], start[pixel + 1]):
+            depth += optical_depth(rays.origin, ray, reached, distance[k], grid)
+            reached = max(reached, distance[k])
+            depths[k] = depth
+    return depths
+
+
+@compiled(parallel=True)
+def depths_of_paths(points: Array, directions: Array, lengths: Array, grid: Grid) -> Array:
+    """Optical depth of the rain at 550 nm along paths within the box.
+
+    Args:
+        points: where they begin (n, 3), m.
+        directions: unit vectors (n, 3).
+        lengths: (n,), m.
+        grid: the rain.
+
+    Returns:
+        (n,).
+    """
+    depths = np.zeros(len(points))
+    for i in prange(len(points)):
+        depths[i] = optical_depth(points[i], directions[i], 0.0, lengths[i], grid)
+    return depths
+
+
+@compiled()
+def node_count(origin: Array, ray: Array, start: float, end: float, grid: Grid) -> int:
+    """Nodes for a piece of a ray: 3 where drops are of one size, more where the radius changes.
 
     Density times radius is a cubic along a ray, which 2 nodes integrate; the fringes that the
     cross-section shows between a small and a large radius are what asks for more.
@@ -119,7 +261,7 @@ def node_count(
     least, most = np.inf, 0.0
     for share in (0.0, 0.5, 1.0):
         at = origin + (start + share * (end - start)) * ray
-        density, product = interpolate(at, box, moments)
+        density, product = interpolate(at, grid.box, grid.moments)
         if density > 0.0:
             least, most = min(least, product / density), max(most, product / density)
     if most <= least:
@@ -127,177 +269,136 @@ def node_count(
     return LEAST_NODES + int(np.ceil(NODES_PER_LOG_RADIUS * np.log(most / least)))
 
 
-def sample_rays(
-    origin: Array,
-    rays: Array,
-    entry: Array,
-    leave: Array,
-    box: Array,
-    moments: Array,
-    longest: Array,
-    rules: Array,
-    levels: Array | None = None,
-    field: Array | None = None,
-    thickest: float = np.inf,
-) -> tuple[Indices, Array, Array, Array]:
-    """Place Gauss-Legendre samples between the cuts of each ray, where there are drops.
-
-    Args:
-        origin: the eye (3,), m.
-        rays: unit directions (n, 3).
-        entry: distance of entry into the box (n,); at or beyond ``leave`` where a ray misses.
-        leave: distance of exit (n,).
-        box: corners (2, 3), m.
-        moments: density and density · radius, (nz, ny, nx, 2).
-        longest: longest piece of each ray (n,), m.
-        rules: Gauss-Legendre nodes on -1..1 and weights (most, 2, most); rule n has n + 1 nodes.
-        levels: heights at which light sets in, if any, m (k,).
-        field: extinction of rain that attenuates (nz, ny, nx, 2), first channel, 1/m.
-        thickest: greatest optical depth of a piece.
-
-    Returns:
-        First sample of each ray (n + 1,), and per sample the distance [m], density times length
-        [m⁻²] and radius [m].
-    """
-    levels = np.zeros(0) if levels is None else levels
-    if field is None:
-        field, thickest = np.zeros((1, 1, 1, 2)), np.inf
-    found: tuple[Indices, Array, Array, Array] = _sample_rays(
-        origin, rays, entry, leave, box, moments, longest, rules, levels, field, thickest
-    )
-    return found
+@lru_cache(maxsize=1)
+def _gauss_rules() -> Array:
+    """Gauss-Legendre rules of 1 to ``_MOST_NODES`` nodes on -1..1: (rules, 2, nodes), padded."""
+    rules = np.zeros((_MOST_NODES, 2, _MOST_NODES))
+    for n in range(1, _MOST_NODES + 1):
+        rules[n - 1, :, :n] = np.polynomial.legendre.leggauss(n)
+    return rules
 
 
 @compiled()
-def _sample_rays(
-    origin: Array,
-    rays: Array,
-    entry: Array,
-    leave: Array,
-    box: Array,
-    moments: Array,
-    longest: Array,
-    rules: Array,
-    levels: Array,
-    field: Array,
-    thickest: float,
-) -> tuple[Indices, Array, Array, Array]:
-    counts = np.array([moments.shape[2], moments.shape[1], moments.shape[0]])
-    start = np.zeros(len(rays) + 1, dtype=np.int64)
+def _sample_rays(rays: Rays, grid: Grid, levels: Array, thickest: float, rules: Array) -> Samples:
+    origin = rays.origin
+    start = np.zeros(len(rays.directions) + 1, dtype=np.int64)
     distance, weight, radius = [0.0], [0.0], [0.0]
-    for pixel in range(len(rays)):
-        if entry[pixel] < leave[pixel]:
+    for pixel in range(len(rays.directions)):
+        ray = rays.directions[pixel]
+        if rays.entry[pixel] < rays.leave[pixel]:
             cuts = cut_ray(
-                origin, rays[pixel], entry[pixel], leave[pixel], box, counts, longest[pixel]
+                origin, ray, rays.entry[pixel], rays.leave[pixel], grid.box, grid.moments
             )
+            cuts = cut_by_length(cuts, rays.longest[pixel])
             if len(levels):
-                cuts = cut_at_levels(origin, rays[pixel], cuts, levels)
-            if np.isfinite(thickest):
-                cuts = cut_by_depth(origin, rays[pixel], cuts, box, field, thickest)
+                cuts = _cut_at_levels(origin, ray, cuts, levels)
+            cuts = cut_by_depth(origin, ray, cuts, grid, thickest)
             for k in range(len(cuts) - 1):
                 half = 0.5 * (cuts[k + 1] - cuts[k])
-                count = node_count(origin, rays[pixel], cuts[k], cuts[k + 1], box, moments)
+                count = node_count(origin, ray, cuts[k], cuts[k + 1], grid)
                 count = min(count, len(rules))
                 for j in range(count):
                     t = cuts[k] + half * (1.0 + rules[count - 1, 0, j])
-                    density, product = interpolate(origin + t * rays[pixel], box, moments)
+                    density, product = interpolate(origin + t * ray, grid.box, grid.moments)
                     if density > 0.0:
                         distance.append(t)
                         weight.append(density * half * rules[count - 1, 1, j])
                         radius.append(product / density)
         start[pixel + 1] = len(distance) - 1
-    return start, np.array(distance)[1:], np.array(weight)[1:], np.array(radius)[1:]
+    return Samples(start, np.array(distance)[1:], np.array(weight)[1:], np.array(radius)[1:])
+
+
+def sample_rays(rays: Rays, grid: Grid, levels: Array, thickest: float) -> Samples:
+    """Place Gauss-Legendre samples between the cuts of each ray, where there are drops.
+
+    Args:
+        rays: n rays.
+        grid: the rain.
+        levels: heights at which light sets in (k,), m; empty where there are none.
+        thickest: greatest optical depth of a piece; infinite where nothing attenuates.
+    """
+    samples: Samples = _sample_rays(rays, grid, levels, thickest, _gauss_rules())
+    return samples
+
+
+@compiled()
+def transmission(attenuation: Attenuation, k: int, w: int) -> float:
+    """Share of the light at wavelength w that reaches the eye by way of sample k."""
+    return float(
+        np.exp(
+            -attenuation.air_depth[w] * attenuation.column[k]
+            - attenuation.rain_ratio[w] * attenuation.depth[k]
+        )
+    )
+
+
+@compiled()
+def bow_strength(bows: Bows, b: int, w: int, share: float) -> float:
+    """Strength of bow b at wavelength w for a share of the first component, m^-⅓ sr⁻¹."""
+    return float(share * bows.first[b, w] + (1.0 - share) * bows.second[b, w])
 
 
 @compiled(parallel=True)
 def _integrate(
-    start: Indices,
-    weight: Array,
+    samples: Samples,
     radius_scale: Array,
     radius_strength: Array,
-    column: Array,
-    depth: Array,
-    disc_start: Indices,
-    disc_angle: Array,
-    disc_weight: Array,
-    perpendicular: Array,
-    bows: Array,
-    sides: Array,
-    air_depth: Array,
-    rain_ratio: Array,
+    attenuation: Attenuation,
+    disc: DiscNodes,
+    share: Array,
+    bows: Bows,
     colour: Array,
-    grid: Array,
+    airy: Array,
 ) -> Array:
-    pixels, wavelengths = len(start) - 1, len(air_depth)
+    pixels, wavelengths = len(samples.start) - 1, len(attenuation.air_depth)
     total = np.zeros((pixels, colour.shape[1]))
     for pixel in prange(pixels):
-        share = perpendicular[pixel]
         for w in range(wavelengths):
             radiance = 0.0
             section = 0.0
             last = -1.0
-            for k in range(start[pixel], start[pixel + 1]):
+            for k in range(samples.start[pixel], samples.start[pixel + 1]):
                 # Neighbouring samples of one radius share their cross-section: that is all there
                 # is to a constant radius.
                 if abs(radius_scale[k] - last) > 1e-10 * last:
                     last = radius_scale[k]
                     section = 0.0
-                    for b in range(len(sides)):
-                        angle, scale = bows[b, 0, w], bows[b, 1, w] * last
-                        strength = share * bows[b, 2, w] + (1.0 - share) * bows[b, 3, w]
+                    for b in range(len(bows.side)):
+                        angle, scale = bows.angle[b, w], bows.scale[b, w] * last
                         mean = 0.0
-                        for j in range(disc_start[pixel], disc_start[pixel + 1]):
-                            z = scale * sides[b] * (disc_angle[j] - angle)
-                            mean += disc_weight[j] * airy_squared_at(z, grid)
+                        for j in range(disc.start[pixel], disc.start[pixel + 1]):
+                            z = scale * bows.side[b] * (disc.angle[j] - angle)
+                            mean += disc.weight[j] * airy_squared_at(z, airy)
+                        strength = bow_strength(bows, b, w, share[pixel])
                         section += strength * radius_strength[k] * mean
-                passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
-                radiance += weight[k] * section * passed
+                radiance += samples.weight[k] * section * transmission(attenuation, k, w)
             for c in range(colour.shape[1]):
                 total[pixel, c] += radiance * colour[w, c]
     return total
 
 
 def integrate_spectrum(
-    start: Indices,
-    weight: Array,
-    radius: Array,
-    column: Array,
-    depth: Array,
-    disc_start: Indices,
-    disc_angle: Array,
-    disc_weight: Array,
-    perpendicular: Array,
-    bows: Array,
-    sides: Array,
-    air_depth: Array,
-    rain_ratio: Array,
+    samples: Samples,
+    attenuation: Attenuation,
+    disc: DiscNodes,
+    share: Array,
+    bows: Bows,
     colour: Array,
 ) -> Array:
-    """Sum the samples of each pixel over wavelengths, for one light.
+    """Sum the samples of each pixel over wavelengths, for one sun.
 
     Args:
-        start: first sample of each pixel (n + 1,).
-        weight: density times length per sample, m⁻².
-        radius: per sample, m.
-        column: air column towards light and eye per sample, in H0.
-        depth: optical depth of the rain towards light and eye per sample, at 550 nm.
-        disc_start: first disc node of each pixel (n + 1,).
-        disc_angle: scattering angles over the disc, rad.
-        disc_weight: their weights, summing to 1 per pixel.
-        perpendicular: share of the bows' first strength per pixel (n,).
-        bows: (bows, 4, W): angle, scale and two strengths per wavelength.
-        sides: (bows,): +1 or -1.
-        air_depth: vertical optical depth (W,).
-        rain_ratio: the rain's extinction over that at 550 nm (W,).
-        colour: (W, C), lm/m² for X, Y, Z.
+        samples: samples of n pixels.
+        attenuation: what attenuates towards sun and eye.
+        disc: nodes over the sun's disc.
+        share: share of the bows' first component for each pixel (n,).
+        bows: Airy's bows.
+        colour: weight of each wavelength in each channel (W, C), lm/m² for X, Y, Z.
 
     Returns:
-        Sums per pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
+        Sums for each pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
     """
+    scale, strength = samples.radius**SCALE_POWER, samples.radius**RADIUS_POWER
     return np.asarray(
-        _integrate(
-            start, weight, radius**SCALE_POWER, radius**RADIUS_POWER, column, depth, disc_start,
-            disc_angle, disc_weight, perpendicular, bows, sides, air_depth, rain_ratio, colour,
-            airy_grid(),
-        )
-    )  # fmt: skip
+        _integrate(samples, scale, strength, attenuation, disc, share, bows, colour, airy_grid())
+    )

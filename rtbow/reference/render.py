@@ -13,7 +13,6 @@ the theory's cross-sections as numbers; not how light is gathered along a ray.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -30,10 +29,20 @@ from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.disc import disc_nodes
-from rtbow.reference.lamp import integrate_lamp, lamp_pieces
-from rtbow.reference.rain import depths_along, depths_of_paths
-from rtbow.reference.rays import integrate_spectrum, sample_rays
-from rtbow.reference.rows import integrate_lamp_rows, integrate_rows
+from rtbow.reference.lamp import Ball, integrate_lamp, lamp_pieces
+from rtbow.reference.rays import (
+    Attenuation,
+    Bows,
+    DiscNodes,
+    Grid,
+    Rays,
+    Samples,
+    depths_along,
+    depths_of_paths,
+    integrate_spectrum,
+    sample_rays,
+)
+from rtbow.reference.rows import LampSections, integrate_lamp_rows, integrate_rows
 from rtbow.tables.layout import (
     RadiusAxis,
     angle_axis,
@@ -53,8 +62,6 @@ from rtbow.world.rain.extinction import (
 from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.world import World
 
-_MOST_NODES = 96
-"""Gauss-Legendre nodes between two cuts, at most; see the kernel for how many a piece takes."""
 _AIR_CELL_M = 200.0
 """Longest piece of a ray in air: attenuation over it is a polynomial of degree 5 to 1e-12."""
 _RAIN_DEPTH = 0.25
@@ -162,69 +169,34 @@ def _set_up(world: World, building: Progress = no_progress, optics: Optics | Non
     return _Setup(world, optics, _moments(volume), sections, rows)
 
 
-@dataclass(frozen=True)
-class _Samples:
-    """Samples along the rays of some pixels, concatenated.
-
-    Attributes:
-        start: first sample of each pixel, and the end of the last, (pixels + 1,).
-        distance_m: distance from the eye (n,).
-        weight: density times length, m⁻² (n,).
-        radius_m: drop radius (n,).
-        points_m: where they are (n, 3).
-        rise: sine of the ray's altitude (n,).
-        depth: optical depth of the rain towards the eye at 550 nm (n,).
-    """
-
-    start: Indices
-    distance_m: Array
-    weight: Array
-    radius_m: Array
-    points_m: Array
-    rise: Array
-    depth: Array
+def _rays(setup: _Setup, directions: Array) -> Rays:
+    """Rays from the eye in some directions (n, 3), as the kernels take them."""
+    entry, leave = box_span(setup.origin, directions, setup.volume.box_m)
+    return Rays(setup.origin, directions, entry, leave, setup.longest(leave - entry))
 
 
-@lru_cache(maxsize=1)
-def _gauss_rules() -> Array:
-    """Gauss-Legendre rules of 1 to ``_MOST_NODES`` nodes: (rules, 2, nodes), padded with zeros."""
-    rules = np.zeros((_MOST_NODES, 2, _MOST_NODES))
-    for n in range(1, _MOST_NODES + 1):
-        rules[n - 1, :, :n] = np.polynomial.legendre.leggauss(n)
-    return rules
+def _points(rays: Rays, start: Indices, distance: Array) -> tuple[Array, Array]:
+    """Where samples along rays are, in m, and the directions of their rays: each (m, 3)."""
+    along = np.repeat(rays.directions, np.diff(start), axis=0)
+    return rays.origin + distance[:, None] * along, along
 
 
-def _sample(setup: _Setup, rays: Array) -> _Samples:
-    origin, box = setup.origin, setup.volume.box_m
-    entry, leave = box_span(origin, rays, box)
-    start, distance, weight, radius = sample_rays(
-        origin, rays, entry, leave, box, setup.moments, setup.longest(leave - entry),
-        _gauss_rules(),
-        setup.shadow_edges, setup.extinction, setup.thickest(_RAIN_DEPTH),
-    )  # fmt: skip
-    each = np.repeat(rays, np.diff(start), axis=0)
-    points = origin + distance[:, None] * each
-    return _Samples(
-        start, distance, weight, radius, points, each[:, 2],
-        _depth_to_eye(setup, rays, start, distance),
-    )  # fmt: skip
-
-
-def _depth_to_eye(setup: _Setup, rays: Array, start: Indices, distance: Array) -> Array:
+def _depth_to_eye(setup: _Setup, rays: Rays, grid: Grid, start: Indices, distance: Array) -> Array:
     if setup.rain is None:
         return np.zeros(len(distance))
-    box = setup.volume.box_m
-    entry, _ = box_span(setup.origin, rays, box)
-    return depths_along(setup.origin, rays, entry, start, distance, box, setup.extinction)
+    return depths_along(rays, start, distance, grid)
 
 
-def _depth_to_light(setup: _Setup, light: Sun | Lamp, points: Array) -> Array:
+def _depth_to_light(setup: _Setup, light: Sun | Lamp, grid: Grid, points: Array) -> Array:
     if setup.rain is None or not len(points):
         return np.zeros(len(points))
-    box = setup.volume.box_m
-    inside = np.clip(points, box[0], box[1])
-    directions, lengths = paths_to(light, inside, box)
-    return depths_of_paths(inside, directions, lengths, box, setup.extinction)
+    inside = np.clip(points, grid.box[0], grid.box[1])
+    directions, lengths = paths_to(light, inside, grid.box)
+    return depths_of_paths(inside, directions, lengths, grid)
+
+
+def _attenuation(setup: _Setup, column: Array, depth: Array) -> Attenuation:
+    return Attenuation(column, depth, setup.optics.air_depth, setup.rain_ratio)
 
 
 def _scattering_angles(direction: Array, rays: Array) -> Array:
@@ -233,29 +205,31 @@ def _scattering_angles(direction: Array, rays: Array) -> Array:
     return floats(2.0 * np.arctan2(across, np.linalg.norm(direction + rays, axis=-1)))
 
 
-def _under_suns(setup: _Setup, rays: Array, samples: _Samples) -> Array:
+def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
     """Integrate pixels under the suns: (pixels, channels)."""
-    optics, origin = setup.optics, setup.origin
-    eye_column = np.zeros(len(samples.distance_m))
+    optics = setup.optics
+    total = np.zeros((len(rays.directions), setup.channels))
+    samples = sample_rays(rays, grid, setup.shadow_edges, setup.thickest(_RAIN_DEPTH))
+    points, along = _points(rays, samples.start, samples.distance)
+    eye_depth = _depth_to_eye(setup, rays, grid, samples.start, samples.distance)
+    eye_column = np.zeros(len(points))
     if optics.has_air:
-        eye_column = segment_column(origin[2], samples.rise, samples.distance_m)
-    total = np.zeros((len(rays), setup.channels))
+        eye_column = segment_column(rays.origin[2], along[:, 2], samples.distance)
     for sun, colour in zip(optics.suns, optics.sun_weights, strict=True):
         column = eye_column
         if optics.has_air:
-            column = column + sun_column(samples.points_m[:, 2], sun.altitude_rad)
-        depth = samples.depth + _depth_to_light(setup, sun, samples.points_m)
-        theta = _scattering_angles(sun.direction, rays)
-        share = setup.world.view.perpendicular_share(sun.direction, rays)
-        if setup.sections is None:
-            total += _airy_sun(setup, sun, samples, column, depth, theta, share, colour)
-        else:
-            total += _table_sun(setup, sun, samples, column, depth, theta, share, colour)
+            column = column + sun_column(points[:, 2], sun.altitude_rad)
+        depth = eye_depth + _depth_to_light(setup, sun, grid, points)
+        attenuation = _attenuation(setup, column, depth)
+        theta = _scattering_angles(sun.direction, rays.directions)
+        share = setup.world.view.perpendicular_share(sun.direction, rays.directions)
+        gather = _airy_sun if setup.sections is None else _table_sun
+        total += gather(setup, sun, samples, attenuation, theta, share, colour)
     return total
 
 
 def _airy_sun(
-    setup: _Setup, sun: Sun, samples: _Samples, column: Array, depth: Array, theta: Array,
+    setup: _Setup, sun: Sun, samples: Samples, attenuation: Attenuation, theta: Array,
     share: Array, colour: Array,
 ) -> Array:  # fmt: skip
     """Light of one sun by Airy's bows, evaluated at each sample."""
@@ -264,18 +238,15 @@ def _airy_sun(
     for pixel, angle in enumerate(theta):
         if counts[pixel]:
             part = slice(samples.start[pixel], samples.start[pixel + 1])
-            most = float(samples.radius_m[part].max())
+            most = float(samples.radius[part].max())
             nodes, shares = _disc_angles(setup.optics, sun.disc_rad, float(angle), most)
             angles.append(nodes)
             weights.append(shares)
         first.append(first[-1] + (len(angles[-1]) if counts[pixel] else 0))
     if not angles:
         return np.zeros((len(theta), setup.channels))
-    return integrate_spectrum(
-        samples.start, samples.weight, samples.radius_m, column, depth,
-        np.array(first), np.concatenate(angles), np.concatenate(weights), share,
-        *_bow_arrays(setup), setup.optics.air_depth, setup.rain_ratio, colour,
-    )  # fmt: skip
+    disc = DiscNodes(np.array(first), np.concatenate(angles), np.concatenate(weights))
+    return integrate_spectrum(samples, attenuation, disc, share, _bows(setup), colour)
 
 
 def _disc_angles(
@@ -291,7 +262,7 @@ def _disc_angles(
 
 
 def _table_sun(
-    setup: _Setup, sun: Sun, samples: _Samples, column: Array, depth: Array, theta: Array,
+    setup: _Setup, sun: Sun, samples: Samples, attenuation: Attenuation, theta: Array,
     share: Array, colour: Array,
 ) -> Array:  # fmt: skip
     """Light of one sun by cross-sections computed at each pixel's own angle."""
@@ -306,77 +277,64 @@ def _table_sun(
     mixed = share[lit] * both[..., 0] + (1.0 - share[lit]) * both[..., 1]
     sections = np.zeros((len(theta), both.shape[1], both.shape[0]))
     sections[lit] = halves * mixed.transpose(2, 1, 0)
-    return integrate_rows(
-        samples.start, samples.weight, setup.row_place(samples.radius_m),
-        setup.area(samples.radius_m), column, depth, sections, setup.optics.air_depth,
-        setup.rain_ratio, colour,
-    )  # fmt: skip
+    row, area = setup.row_place(samples.radius), setup.area(samples.radius)
+    return integrate_rows(samples, attenuation, row, area, sections, colour)
 
 
-def _under_lamps(setup: _Setup, rays: Array) -> Array:
+def _under_lamps(setup: _Setup, rays: Rays, grid: Grid) -> Array:
     """Integrate pixels under the lamps: (pixels, channels)."""
-    optics, origin, box = setup.optics, setup.origin, setup.volume.box_m
-    entry, leave = box_span(origin, rays, box)
-    total = np.zeros((len(rays), setup.channels))
+    optics = setup.optics
+    total = np.zeros((len(rays.directions), setup.channels))
     for lamp, colour in zip(optics.lamps, optics.lamp_weights, strict=True):
-        start, pieces = lamp_pieces(
-            origin, rays, entry, leave, box, setup.moments, setup.longest(leave - entry),
-            lamp.position_m, lamp.radius_m, _LAMP_PIECE_RAD, NEAREST_M,
-            setup.extinction, setup.thickest(_LAMP_RAIN_DEPTH),
-        )  # fmt: skip
-        each = np.repeat(rays, np.diff(start), axis=0)
-        points = origin + pieces[:, :1] * each
-        column = np.zeros(len(pieces))
+        ball = Ball(lamp.position_m, lamp.radius_m, NEAREST_M)
+        pieces = lamp_pieces(rays, grid, ball, _LAMP_PIECE_RAD, setup.thickest(_LAMP_RAIN_DEPTH))
+        points, along = _points(rays, pieces.start, pieces.distance)
+        column = np.zeros(len(points))
         if optics.has_air:
             distance = np.linalg.norm(points - lamp.position_m, axis=1)
             slope = (points[:, 2] - lamp.position_m[2]) / distance
-            column = segment_column(origin[2], each[:, 2], pieces[:, 0])
+            column = segment_column(rays.origin[2], along[:, 2], pieces.distance)
             column = column + segment_column(lamp.position_m[2], slope, distance)
-        depth = _depth_to_eye(setup, rays, start, pieces[:, 0])
-        depth = depth + _depth_to_light(setup, lamp, points)
-        share = setup.world.view.perpendicular_share(lamp.position_m - origin, rays)
+        depth = _depth_to_eye(setup, rays, grid, pieces.start, pieces.distance)
+        depth = depth + _depth_to_light(setup, lamp, grid, points)
+        attenuation = _attenuation(setup, column, depth)
+        towards = lamp.position_m - rays.origin
+        share = setup.world.view.perpendicular_share(towards, rays.directions)
         if setup.sections is None:
-            total += integrate_lamp(
-                start, pieces, column, depth, share, *_bow_arrays(setup), optics.air_depth,
-                setup.rain_ratio, colour,
-            )  # fmt: skip
+            total += integrate_lamp(pieces, attenuation, share, _bows(setup), colour)
         else:
-            total += integrate_lamp_rows(
-                start, pieces, setup.row_place(pieces[:, 2]), column, depth, share,
-                *_lamp_sections(setup), optics.air_depth, setup.rain_ratio, colour,
-            )  # fmt: skip
+            row, sections = setup.row_place(pieces.radius), _lamp_sections(setup)
+            total += integrate_lamp_rows(pieces, attenuation, row, share, sections, colour)
     return total
 
 
-def _lamp_sections(setup: _Setup) -> tuple[Array, Array, Array]:
-    """Angles, cross-sections without a disc (W, rows, 2, U) and their running integrals."""
+def _lamp_sections(setup: _Setup) -> LampSections:
+    """Cross-sections without a disc at angles twice as close as the shader's own."""
     assert setup.sections is not None
     assert setup.rows is not None
     theta = angle_axis(0.0, np.pi, 0.0, setup.volume.size_range_um[1] * 1e-6).angles()
-    # Twice as fine as the shader's own.
     theta = np.sort(np.concatenate([theta, 0.5 * (theta[1:] + theta[:-1])]))
     both = row_sections(setup.sections, setup.rows, theta, 0.0).transpose(1, 0, 3, 2)
     both = np.ascontiguousarray(both)
     if setup.polarised:
         both *= 0.5
-    return theta, both, running_integral(both, theta)
+    return LampSections(theta, both, running_integral(both, theta))
 
 
-def _bow_arrays(setup: _Setup) -> tuple[Array, Array]:
-    """Bows as the kernels take them: (bows, 4, W) of angle, scale and two strengths; sides.
+def _bows(setup: _Setup) -> Bows:
+    """Bows as the kernels take them.
 
     With a polariser the strengths are half of the components', of which it passes shares; else
     each is the mean of both.
     """
-    numbers = []
-    for b in setup.optics.bows:
-        pair = (
-            (0.5 * b.perpendicular, 0.5 * b.parallel)
-            if setup.polarised
-            else (b.strength, b.strength)
-        )
-        numbers.append(np.stack([b.angle_rad, b.scale, *pair]))
-    return np.stack(numbers), np.array([b.side for b in setup.optics.bows])
+    bows, polarised = setup.optics.bows, setup.polarised
+    return Bows(
+        angle=np.stack([b.angle_rad for b in bows]),
+        scale=np.stack([b.scale for b in bows]),
+        first=np.stack([0.5 * b.perpendicular if polarised else b.strength for b in bows]),
+        second=np.stack([0.5 * b.parallel if polarised else b.strength for b in bows]),
+        side=np.array([b.side for b in bows]),
+    )
 
 
 def _moments(volume: DropletVolume) -> Array:
@@ -402,12 +360,14 @@ def radiance_along(world: World, rays: Array) -> Array:
     return _gathered(_set_up(world), rays)
 
 
-def _gathered(setup: _Setup, rays: Array) -> Array:
-    total = np.zeros((len(rays), setup.channels))
+def _gathered(setup: _Setup, directions: Array) -> Array:
+    rays = _rays(setup, directions)
+    grid = Grid(setup.volume.box_m, setup.moments, setup.extinction)
+    total = np.zeros((len(directions), setup.channels))
     if setup.optics.suns:
-        total += _under_suns(setup, rays, _sample(setup, rays))
+        total += _under_suns(setup, rays, grid)
     if setup.optics.lamps:
-        total += _under_lamps(setup, rays)
+        total += _under_lamps(setup, rays, grid)
     return total
 
 

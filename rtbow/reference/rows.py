@@ -2,15 +2,33 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from rtbow.base.arrays import Array, Indices
+from rtbow.base.arrays import Array
 from rtbow.base.compiled import compiled, prange
+from rtbow.reference.lamp import Pieces
+from rtbow.reference.rays import Attenuation, Samples, transmission
+
+
+class LampSections(NamedTuple):
+    """Cross-sections over the radius squared without a disc, at some angles.
+
+    Attributes:
+        angle: scattering angles (U,), rad, ascending.
+        section: of each of two components (W, rows, 2, U), sr⁻¹.
+        running: its integral over the angle, the same shape.
+    """
+
+    angle: Array
+    section: Array
+    running: Array
 
 
 @compiled()
 def _between(rows: Array, place: float) -> float:
-    """Cubic (Lagrange) interpolation along evenly spaced values; one value is everywhere alike."""
+    """Cubic (Lagrange) interpolation along evenly spaced values; a single one holds everywhere."""
     count = len(rows)
     if count == 1:
         return float(rows[0])
@@ -29,42 +47,34 @@ def _between(rows: Array, place: float) -> float:
 
 @compiled(parallel=True)
 def integrate_rows(
-    start: Indices,
-    weight: Array,
+    samples: Samples,
+    attenuation: Attenuation,
     row: Array,
     area: Array,
-    column: Array,
-    depth: Array,
     sections: Array,
-    air_depth: Array,
-    rain_ratio: Array,
     colour: Array,
 ) -> Array:
     """Sum the samples of each pixel over wavelengths, for one sun.
 
     Args:
-        start: first sample of each pixel (n + 1,).
-        weight: density times length per sample, m⁻².
-        row: place of each sample's radius along the rows.
-        area: radius squared per sample, m².
-        column: air column towards sun and eye per sample, in H0.
-        depth: optical depth of the rain towards sun and eye per sample, at 550 nm.
-        sections: cross-section over the radius squared (n, W, rows), sr⁻¹.
-        air_depth: vertical optical depth (W,).
-        rain_ratio: the rain's extinction over that at 550 nm (W,).
-        colour: (W, C), lm/m² for X, Y, Z.
+        samples: samples of n pixels.
+        attenuation: what attenuates towards sun and eye.
+        row: place of each sample's radius along the rows (m,).
+        area: radius squared of each sample (m,), m².
+        sections: cross-section over the radius squared at each pixel (n, W, rows), sr⁻¹.
+        colour: weight of each wavelength in each channel (W, C), lm/m² for X, Y, Z.
 
     Returns:
-        Sums per pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
+        Sums for each pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
     """
+    start = samples.start
     total = np.zeros((len(start) - 1, colour.shape[1]))
     for pixel in prange(len(start) - 1):
-        for w in range(len(air_depth)):
+        for w in range(len(attenuation.air_depth)):
             radiance = 0.0
             for k in range(start[pixel], start[pixel + 1]):
                 section = area[k] * _between(sections[pixel, w], row[k])
-                passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
-                radiance += weight[k] * section * passed
+                radiance += samples.weight[k] * section * transmission(attenuation, k, w)
             for c in range(colour.shape[1]):
                 total[pixel, c] += radiance * colour[w, c]
     return total
@@ -82,70 +92,89 @@ def _on_axis(values: Array, angles: Array, theta: float) -> float:
     return float(values[k] + f * (values[k + 1] - values[k]))
 
 
+@compiled()
+def _mean_section(
+    section: Array,
+    running: Array,
+    angles: Array,
+    low: float,
+    high: float,
+    disc: float,
+    share: float,
+) -> float:
+    """Mean cross-section over a piece at a lamp, and over the lamp's disc about each of its points.
+
+    Args:
+        section: cross-section of each component over the radius squared (2, U), sr⁻¹.
+        running: its integral over the angle (2, U).
+        angles: scattering angles (U,), rad.
+        low: scattering angle at one end, rad.
+        high: scattering angle at the other end, rad.
+        disc: the lamp's angular radius, rad.
+        share: share of the first component.
+    """
+    count = 1 if disc == 0.0 else 24
+    mean = 0.0
+    for component in range(2):
+        portion = share if component == 0 else 1.0 - share
+        for j in range(count):
+            at = (j + 0.5) * np.pi / count
+            shift = disc * np.cos(at) if count > 1 else 0.0
+            chord = 2.0 / count * np.sin(at) ** 2 if count > 1 else 1.0
+            if abs(high - low) > 1e-5:
+                rise = _on_axis(running[component], angles, high + shift)
+                rise -= _on_axis(running[component], angles, low + shift)
+                mean += portion * chord * rise / (high - low)
+            else:
+                middle = 0.5 * (low + high) + shift
+                mean += portion * chord * _on_axis(section[component], angles, middle)
+    return mean
+
+
 @compiled(parallel=True)
 def integrate_lamp_rows(
-    start: Indices,
-    pieces: Array,
+    pieces: Pieces,
+    attenuation: Attenuation,
     row: Array,
-    column: Array,
-    depth: Array,
-    perpendicular: Array,
-    angles: Array,
-    sections: Array,
-    running: Array,
-    air_depth: Array,
-    rain_ratio: Array,
+    share: Array,
+    sections: LampSections,
     colour: Array,
 ) -> Array:
     """Sum the pieces of each pixel over wavelengths, for one lamp.
 
     Args:
-        start: first piece of each pixel (n + 1,).
-        pieces: as :func:`rtbow.reference.lamp.lamp_pieces` gives them (m, 6).
-        row: place of each piece's radius along the rows.
-        column: air column towards lamp and eye per piece, in H0.
-        depth: optical depth of the rain towards lamp and eye per piece, at 550 nm.
-        perpendicular: share of the first component per pixel (n,).
-        angles: scattering angles of the sections (U,).
-        sections: cross-sections over the radius squared, without a disc (W, rows, 2, U).
-        running: their integrals over the angle, the same shape.
-        air_depth: vertical optical depth (W,).
-        rain_ratio: the rain's extinction over that at 550 nm (W,).
-        colour: (W, C), lm/sr for X, Y, Z.
+        pieces: pieces of n pixels.
+        attenuation: what attenuates towards lamp and eye.
+        row: place of each piece's radius along the rows (m,).
+        share: share of the first component for each pixel (n,).
+        sections: cross-sections in rows of radii.
+        colour: weight of each wavelength in each channel (W, C), lm/sr for X, Y, Z.
 
     Returns:
-        Sums per pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
+        Sums for each pixel (n, C): X, Y, Z with Y in cd/m², by weights that give these.
     """
+    start = pieces.start
     total = np.zeros((len(start) - 1, colour.shape[1]))
-    rows = sections.shape[1]
+    rows = sections.section.shape[1]
     for pixel in prange(len(start) - 1):
         means = np.empty(rows)
         for k in range(start[pixel], start[pixel + 1]):
-            low, high, disc = pieces[k, 3], pieces[k, 4], pieces[k, 5]
-            count = 1 if disc == 0.0 else 24
             first = min(max(int(row[k]) - 1, 0), max(rows - 4, 0))
-            for w in range(len(air_depth)):
-                for r in range(first, min(first + 4, rows)):
-                    means[r] = 0.0
-                    for component in range(2):
-                        share = perpendicular[pixel]
-                        if component == 1:
-                            share = 1.0 - share
-                        value, integral = sections[w, r, component], running[w, r, component]
-                        for j in range(count):
-                            at = (j + 0.5) * np.pi / count
-                            shift = disc * np.cos(at) if count > 1 else 0.0
-                            chord = 2.0 / count * np.sin(at) ** 2 if count > 1 else 1.0
-                            if abs(high - low) > 1e-5:
-                                rise = _on_axis(integral, angles, high + shift)
-                                rise -= _on_axis(integral, angles, low + shift)
-                                means[r] += share * chord * rise / (high - low)
-                            else:
-                                middle = 0.5 * (low + high) + shift
-                                means[r] += share * chord * _on_axis(value, angles, middle)
-                section = _between(means[first : min(first + 4, rows)], row[k] - first)
-                passed = np.exp(-air_depth[w] * column[k] - rain_ratio[w] * depth[k])
-                value_here = pieces[k, 1] * pieces[k, 2] ** 2 * section * passed
+            end = min(first + 4, rows)
+            for w in range(len(attenuation.air_depth)):
+                for r in range(first, end):
+                    means[r] = _mean_section(
+                        sections.section[w, r],
+                        sections.running[w, r],
+                        sections.angle,
+                        pieces.first[k],
+                        pieces.last[k],
+                        pieces.disc[k],
+                        share[pixel],
+                    )
+                section = _between(means[first:end], row[k] - first)
+                passed = transmission(attenuation, k, w)
+                value = pieces.weight[k] * pieces.radius[k] ** 2 * section * passed
                 for c in range(colour.shape[1]):
-                    total[pixel, c] += value_here * colour[w, c]
+                    total[pixel, c] += value * colour[w, c]
     return total
