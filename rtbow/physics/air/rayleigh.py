@@ -70,6 +70,8 @@ def sun_column(height_m: Values, altitude_rad: Values) -> Array:
     )
     sine = np.sin(alt)
     up = _rising_column(h, np.abs(sine))
+    if np.all(sine >= 0.0):
+        return floats(up)
     # A descending ray passes its lowest point and rises again: the whole horizontal path through
     # that point, less the part behind the start.
     r = EARTH_RADIUS_M + h
