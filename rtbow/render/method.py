@@ -1,4 +1,4 @@
-"""What every method of the shader can do, however it draws."""
+"""The interface that the shader's methods share."""
 
 from __future__ import annotations
 

@@ -30,6 +30,7 @@ METHODS: tuple[Method, ...] = get_args(Method)
 
 
 CPU_RENDERER = "CPU, float64"
+"""The reference's name among devices."""
 
 
 class Renderer:
@@ -150,7 +151,7 @@ class Renderer:
                 part.draw(no_progress, columns)
 
     def show(self, scene: Scene) -> None:
-        """Take over another scene from the next frame on; what is alike is kept.
+        """Render another scene from the next frame on.
 
         Where only camera and lights have moved, method ``fast`` keeps its tables and programs.
 
@@ -164,7 +165,7 @@ class Renderer:
         if self._context is not None:
             with self._translated(scene), self._context.current():
                 for name, methods in self._methods.items() if worlds else ():
-                    # What the method cannot draw there is found out anew when it is asked for.
+                    # A method that cannot draw the scene says so when it is asked for next.
                     with suppress(UnsuitedError):
                         if all(map(_move, methods, worlds)):
                             kept[name] = methods
@@ -174,15 +175,15 @@ class Renderer:
             self.unsuited = ""
 
     def _moved_worlds(self, scene: Scene) -> list[World]:
-        """Give the worlds of a scene that has moved only; none where it differs in more."""
+        """Give the worlds of a scene whose camera and lights moved; none if it differs in more."""
         from rtbow.world.world import moved
 
         parts = [part for part, _ in scene.parts()]
         if len(parts) != len(self._worlds):
             return []
         worlds = [moved(world, part) for world, part in zip(self._worlds, parts, strict=True)]
-        there = [world for world in worlds if world is not None]
-        return there if len(there) == len(worlds) else []
+        same_kind = [world for world in worlds if world is not None]
+        return same_kind if len(same_kind) == len(worlds) else []
 
     def prepare_moves(self) -> None:
         """Make what :meth:`show` of other places needs, before somebody waits for it.

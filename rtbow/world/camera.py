@@ -13,7 +13,7 @@ from rtbow.physics.geometry import direction
 from rtbow.scene.model import Camera
 
 CONE_MARGIN = 2e-3
-"""Radians beyond a picture's corners that tables hold: for float32, and for the same view in
+"""Tables reach this many radians beyond a picture's corners: for float32, and for the same view in
 another size, whose sides are rounded to whole pixels."""
 
 

@@ -16,8 +16,8 @@ from rtbow.scene.model import Scene
 from rtbow.world.spectra import E490, load_spectrum
 
 NEAREST_M = 1e-3
-"""Rays pass the centre of a point lamp no nearer than this: on the line itself the integral of
-1/d² has no limit. A lamp with a diameter needs no such guard, since no drops are inside it."""
+"""Rays pass the centre of a point lamp no nearer than this: through the centre the integral of 1/d²
+has no limit. A lamp with a diameter needs no such guard, since no drops are inside it."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Per-wavelength numbers of a scene: wavelengths, bows, the air's depth and the lights' weights.
 
-The shader's methods and the reference both start from these; what each makes of them they share no
-code for.
+The shader's methods and the reference both start from these numbers.
 """
 
 from __future__ import annotations

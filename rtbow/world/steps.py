@@ -1,4 +1,4 @@
-"""How finely the shader marches: the step follows the grid and the air, not a constant."""
+"""How finely the shader marches: steps follow the grid and the air."""
 
 from __future__ import annotations
 
@@ -22,20 +22,21 @@ SAMPLES_PER_LOG_RADIUS = 16.0
 fringes a ray crosses on its way. Radii drawn at each point, 0.3-0.7 mm: 1e-3; Marshall-Palmer:
 2e-3."""
 SAMPLES_PER_UNEVENNESS = 8.0
-"""Samples per cell where every other grid point is empty, in proportion below: a smooth volume has
-too little unevenness for this to count."""
+"""Samples per cell where every other grid point is empty, and in proportion where less uneven: a
+smooth volume has too little unevenness for this to count."""
 LEAST_SAMPLES = 6.0
-"""Samples across a grid, at least: where there are few cells their errors do not average out."""
+"""Least samples across a grid: where there are few cells their errors do not average out."""
 RAIN_SAMPLES = 48.0
-"""Samples across a box whose rain attenuates, at least."""
+"""Least samples across a box whose rain attenuates."""
 LEAST_RAIN_SAMPLES = 48
-"""Samples along the shortest way through a corner of the box, where ways to a light have kinks,
-too: within 2e-3 of the closed form there (24: 5e-3), for a sun that stands all but along a face."""
+"""Least samples along a ray through rain that attenuates, even the shortest one through a corner of
+the box, where ways to a light have kinks, too: within 2e-3 of the closed form there (24: 5e-3), for
+a sun that stands all but along a face."""
 RAIN_DEPTH = 0.5
 """Optical depth of the densest rain per sample. Within a sample the depth is taken as even, so that
 this bounds what changes of density within it do."""
 MOST_RAIN_SAMPLES = 512.0
-"""Samples along the box's diagonal for the sake of its depth, at most: light that has passed a
+"""Most samples along the box's diagonal that the rain's depth asks for: light that has passed a
 depth of 20 is gone, wherever exactly."""
 _AIR_ERROR = 1e-4
 """Relative error that the midpoint rule may leave in the air's attenuation."""
@@ -47,8 +48,8 @@ class StepRates:
 
     Attributes:
         cells_per_metre: along east, north and up (3,); times |direction| per axis.
-        air_per_metre: by the attenuation of air and rain.
-        rain_per_metre: by that of rain alone.
+        air_per_metre: for the attenuation by air and rain.
+        rain_per_metre: for the attenuation by rain alone.
     """
 
     cells_per_metre: Array
@@ -70,8 +71,8 @@ exact in a uniform one but for the lamp's apparent size, which changes along the
 
 
 LAMP_RAIN_STEPS = 160
-"""The same in rain that attenuates, whose depth changes with distance, not with the angle: within
-1e-3 of the brightest light in even rain about a lamp (96: 2e-3; 32: 1.6e-2)."""
+"""Least such steps in rain that attenuates, whose depth changes with distance, not with the angle:
+within 1e-3 of the brightest light in even rain about a lamp (96: 2e-3; 32: 1.6e-2)."""
 
 
 def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
@@ -161,7 +162,7 @@ def _radius_of_drops(volume: DropletVolume) -> Float32:
 
 
 def _light(volume: DropletVolume) -> Float32:
-    """What the drops at each grid point scatter, in no particular unit."""
+    """Light that the drops at each grid point scatter, in no particular unit."""
     least, most = volume.radius_range_um
     if least == most:
         return volume.number_per_m3
@@ -175,14 +176,15 @@ def _unevenness(volume: DropletVolume) -> Array:
     0 where it varies linearly, 1 where every other grid point is empty.
     """
     light = _light(volume)
-    found = np.zeros(3)
+    unevenness = np.zeros(3)
     for axis in range(3):
         if light.shape[axis] > 2:
             middle = np.moveaxis(light, axis, 0)
             bend = np.abs(middle[2:] - 2.0 * middle[1:-1] + middle[:-2])
             total = 4.0 * float(np.sum(middle, dtype=np.float64))
-            found[axis] = float(np.sum(bend, dtype=np.float64)) / total if total > 0.0 else 0.0
-    return found
+            if total > 0.0:
+                unevenness[axis] = float(np.sum(bend, dtype=np.float64)) / total
+    return unevenness
 
 
 def _air_rate(volume: DropletVolume, optics: Optics) -> float:

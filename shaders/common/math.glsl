@@ -24,7 +24,8 @@ Number texelCentred(Number value, float size) {
     return (0.5 + clamp(value, 0.0, 1.0) * (size - 1.0)) / size;
 }
 
-// The same by its first five terms, where u is small: within 1.1e-4 up to 0.6. No exponential.
+// (1 - exp(-u)) / u by the first five terms of its series: within 1.1e-4 for u up to 0.6, without an
+// exponential.
 Number meanDecayNearby(Number u) {
     return 1.0 - u * (0.5 - u * (1.0 / 6.0 - u * (1.0 / 24.0 - u / 120.0)));
 }

@@ -44,7 +44,7 @@ struct Fringes {
     Angle psi;
     Number phase;          // across the disc's radius, share of AIRY_MAX_PHASE
     Number damping;        // what the disc leaves of the fringes
-    Number bend;           // and what their narrowing across it adds
+    Number bend;           // what the narrowing of fringes across the disc adds
 };
 
 Fringes airyFringes(sampler2D fringe, Number z, Number disc) {

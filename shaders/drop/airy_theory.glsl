@@ -28,7 +28,7 @@ struct SunView {
     int lastBow;            // none where first > last
 };
 
-// `layer` is the other theory's. A bow is dark on the far side of its edge (host: the faintest reach
+// `layer` is for tables alone (drop/table_theory.glsl). A bow is dark on the far side of its edge (host: the faintest reach
 // of any wavelength and radius).
 SunView sunView(Theory theory, Angle theta, Angle disc, int layer, Number perpendicular) {
     SunView view = SunView(theta, perpendicular, disc, 1.0 / max(disc, 1.0e-9), BOW_COUNT, -1);

@@ -23,7 +23,7 @@ struct SunView {
     int layer;              // first of the disc's layers
 };
 
-// `disc` is the other theory's: here it is in the layers.
+// `disc` is for Airy's theory (drop/airy_theory.glsl): a table has layers averaged over each disc.
 SunView sunView(Theory theory, Angle theta, Angle disc, int layer, Number perpendicular) {
     return SunView(perpendicular, anglePlace(theory.angles, theta), layer);
 }

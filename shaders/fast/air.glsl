@@ -16,7 +16,7 @@ struct Columns {
     Column middle;
 #endif
 #if SHADOW
-    Angle sunAltitude;     // where no cubic will do: a sun at the horizon
+    Angle sunAltitude;     // of a sun at the horizon, whose columns no cubic follows
     sampler2D table;       // of the columns towards it (sunColumn)
 #elif SUN
     vec4 sunward;          // column towards the sun less the middle: cubic in the height

@@ -34,10 +34,10 @@ Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, Mar
     int first = steps.x;
     int last = min(count, steps.y);
 #if ONE_RADIUS && ATTENUATION
-    Sections found[SUN_COUNT];
+    Sections sections[SUN_COUNT];
     for (int s = 0; s < SUN_COUNT; ++s) {
         if (isDark(views[s])) continue;
-        found[s] = crossSections(spectral, theory, views[s], volume.radius);
+        sections[s] = crossSections(spectral, theory, views[s], volume.radius);
     }
 #elif ONE_RADIUS
     ColumnDensity passed = 0.0;
@@ -82,7 +82,7 @@ Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, Mar
             rise = abs(rain[s].behind - rain[s].before);
 #endif
 #if ONE_RADIUS
-            sum += reach * attenuatedLight(spectral, s, found[s], column, depth, rise);
+            sum += reach * attenuatedLight(spectral, s, sections[s], column, depth, rise);
 #else
             sum += reach * scatteredLight(spectral, theory, s, views[s], drops.radius, column, depth,
                                           rise);

@@ -20,26 +20,27 @@ struct Sections {
 
 Sections crossSections(sampler2D spectral, Theory theory, SunView sun, Length radius) {
     vec2 terms = radiusTerms(theory, radius);
-    Sections found;
+    Sections sections;
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
-        found.at[w] = crossSection(spectral, theory, w, terms, sun);
+        sections.at[w] = crossSection(spectral, theory, w, terms, sun);
     }
-    return found;
+    return sections;
 }
 
-// One sample's light over all wavelengths, per metre of ray and per drop density.
-Tristimulus attenuatedLight(sampler2D spectral, int light, Sections found, Column column,
+// One sample's light over all wavelengths, per metre of ray and per drop density, from cross-sections.
+Tristimulus attenuatedLight(sampler2D spectral, int light, Sections sections, Column column,
                             Number depth, Number rise) {
     Tristimulus sum = vec3(0.0);
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
         vec4 weight = texelFetch(spectral, ivec2(w, FIRST_LIGHT_ROW + light), 0);
-        sum += found.at[w] * attenuation(spectral, w, weight.a, column, depth, rise) * weight.rgb;
+        sum += sections.at[w] * attenuation(spectral, w, weight.a, column, depth, rise) * weight.rgb;
     }
     return sum;
 }
 #endif
 
-// One sample's light over all wavelengths, per metre of ray and per drop density.
+// One sample's light over all wavelengths, per metre of ray and per drop density, from the radius of
+// its drops.
 Tristimulus scatteredLight(sampler2D spectral, Theory theory, int light, SunView sun,
                            Length radius, Column column, Number depth, Number rise) {
     vec2 terms = radiusTerms(theory, radius);

@@ -12,25 +12,18 @@ from rtbow.physics.air.rayleigh import Column, rayleigh_depth
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 
 MOST_OUTCOMES = 8
-"""Spectra that a table is made from: draw buffers that every OpenGL 3.3 has."""
-
-
+"""A table is made from no more spectra than every OpenGL 3.3 has draw buffers."""
 MOST_DEGREE = 5
-
-
+"""The polynomial in the column has no greater degree."""
 _RAIN_DEPTH = 1.0
-"""Depth of rain at which its colour is taken."""
-
-
+"""The rain's colour is taken at this depth."""
 _FINE_NM = 1.0
-
-
+"""Spectra are integrated at this step of wavelengths, or a finer one of cross-sections."""
 _PINNED = 1.6
-"""How much greater a polynomial's error is that has to be right at the middle: 1.5 was the most."""
-
-
+"""A polynomial that has to be right at the middle errs by up to this factor more; 1.5 was the most
+that was found."""
 _BASIS_ERROR = 3e-6
-"""Part of the first function's size below which a basis leaves functions out."""
+"""A basis leaves out functions whose size is a smaller part than this of the first one's."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +112,7 @@ def light_basis(
     sizes = np.sqrt(np.maximum(powers[::-1], 0.0))
     count = min(int(np.sum(sizes > _BASIS_ERROR * sizes[0])), MOST_OUTCOMES - 1)
     functions = (mixes[:, ::-1].T[:count] @ weighted) / sizes[:count, None] / np.sqrt(measure)
-    spectra = [weights * one[:, None] for one in functions]
+    spectra = [weights * function[:, None] for function in functions]
     if rain_ratio is not None:
         excess = rain_ratio(fine.wavelength_nm) - 1.0
         behind = np.exp(-tau * column.middle - excess * _RAIN_DEPTH)
@@ -127,8 +120,8 @@ def light_basis(
     # Each fine wavelength counts at its two neighbours among the nodes, by its distance.
     hats = np.maximum(1.0 - np.abs(nodes[:, None] - fine.wavelength_nm) / step_nm, 0.0)
     return LightBasis(
-        nodes, floats(np.stack([hats @ one for one in spectra])), column, tau, functions, measure,
-        weights[:, 1], rain_ratio is not None,
+        nodes, floats(np.stack([hats @ weighed for weighed in spectra])), column, tau, functions,
+        measure, weights[:, 1], rain_ratio is not None,
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.steps import roughness
 
 DARK_COLUMN = 75.0
-"""Column behind which hardly any light is left: twice the way to a sun at the horizon."""
+"""Hardly any light is left behind this column: twice the way to a sun at the horizon."""
 
 
 def filled_box(volume: DropletVolume) -> Array:
@@ -40,7 +40,7 @@ def filled_box(volume: DropletVolume) -> Array:
 
 
 def kind_of(volume: DropletVolume) -> Kind:
-    """Tell how a volume's radii vary."""
+    """Classify a volume by how its radii vary."""
     least, most = volume.radius_range_um
     if volume.uniform or least == most:
         return "alike"
@@ -73,9 +73,9 @@ def light_shares(volume: DropletVolume, rows: Array) -> Array:
     place = np.clip((log - rows[0]) / (rows[1] - rows[0]), 0.0, len(rows) - 1.0)
     lower = np.minimum(place.astype(np.int64), len(rows) - 2)
     upper_share = place - lower
-    found = np.bincount(lower, light * (1.0 - upper_share), len(rows))
-    found += np.bincount(lower + 1, light * upper_share, len(rows))
-    return floats(found / found.sum())
+    row_light = np.bincount(lower, light * (1.0 - upper_share), len(rows))
+    row_light += np.bincount(lower + 1, light * upper_share, len(rows))
+    return floats(row_light / row_light.sum())
 
 
 def radius_spread(volume: DropletVolume) -> float:
@@ -112,13 +112,13 @@ class SunColumns:
     cubic: Array | None
 
     def seen(self, box_m: Array, eye_m: Array) -> SunColumns:
-        """Give the same with the way from the drops in a box to an eye, where this has none."""
+        """Add the way from the drops in a box (2, 3) to an eye (3,) to columns towards a sun."""
         high = min(self.column.high + eye_column(box_m, eye_m), DARK_COLUMN)
         return SunColumns(Column(self.column.low, high), self.cubic)
 
 
 _CUBIC_ERROR = 2e-3
-"""Of the column, absolute: 1e-3 of the light at 380 nm."""
+"""A cubic may miss the column by this much, which is 1e-3 of the light at 380 nm."""
 
 
 def sun_columns(sun: Sun, box_m: Array, eye_m: Array) -> SunColumns:
@@ -145,20 +145,20 @@ def sunward_columns(sun: Sun, box_m: Array) -> SunColumns:
     cubic = np.polynomial.polynomial.Polynomial.fit(heights, towards, 3)
     if np.abs(cubic(heights) - towards).max() > _CUBIC_ERROR or box_m[0, 2] < 0.0:
         return SunColumns(column, None)
-    found = cubic.convert().coef
-    power = np.zeros(4)
-    power[: len(found)] = found
-    return SunColumns(column, power)
+    coefficients = cubic.convert().coef
+    padded = np.zeros(4)
+    padded[: len(coefficients)] = coefficients
+    return SunColumns(column, padded)
 
 
 _NEAR_RISE = 0.6
-"""Of the scale height, up to which the series of a segment's column holds within 1e-4."""
+"""The series of a segment's column holds within 1e-4 up to this rise, in scale heights."""
 _NEAR_DEPTH = 0.3
-"""Grey depth up to which that of its attenuation does."""
+"""The series of its attenuation holds within 1e-4 up to this grey depth."""
 
 
 def is_near(box_m: Array, eye_m: Array, column: Column, grey: float) -> bool:
-    """Whether short series do for the air: drops not far above or below the eye."""
+    """Whether short series suffice for the air: with drops not far above or below the eye."""
     rise = float(np.abs(box_m[:, 2] - eye_m[2]).max()) / SCALE_HEIGHT_M
     return rise < _NEAR_RISE and column.reach * grey < _NEAR_DEPTH
 

@@ -36,28 +36,29 @@ from rtbow.world.lights import NEAREST_M, Lamp
 from rtbow.world.steps import lamp_steps, most_steps
 
 _FEW_STEPS = 1
-"""Steps at every pixel, whose error nodes make good."""
+"""Every pixel takes this many steps, whose error the nodes make good."""
 _MOST_AIR_STEPS = 16
-"""Steps through even drops in air, at most."""
+"""Even drops in air take no more steps than this."""
 _LEAST_TEXELS = 4.0
-"""Range of the running integral that keeps its digits in float32."""
+"""Differences of the running integral keep their digits in float32 over so many texels or more."""
 _DISC_ROWS = 64
+"""Rows of the running integral: one for a point, the others for ratios of a disc."""
 _LEAST_BLUR = 0.05
-"""Part of a fringe's width that a disc must have to blur anything."""
+"""A disc blurs nothing that is less wide than this part of a fringe."""
 _MOST_RATIO = 10.0
-"""Lamp's radius over the distance at which a ray passes its centre, at most: rays that come nearer
-meet drops in front of and behind the lamp only, where angles are all but 0 or pi."""
+"""Greatest ratio of the lamp's radius to the distance at which a ray passes its centre: rays that
+come nearer meet drops in front of and behind the lamp only, where angles are all but 0 or pi."""
 _WIDE_DISC = 4.0
-"""Disc of a lamp seen from the eye, in bows' widths, up to which five nodes over it do for drops of
-several radii: error 0.4 in CIEDE2000."""
+"""Five nodes over a lamp's disc suffice for drops of several radii up to this size of the disc,
+seen from the eye, in widths of the bow: the error is 0.4 in CIEDE2000."""
 _MOST_NODES = 32
-"""Nodes over a disc, at most: wider discs than those suffice for are met within some radii of the
+"""Most nodes over a disc: rays meet wider discs than these suffice for within some radii of the
 lamp only."""
 
 
 @dataclass(frozen=True)
 class LampPlan:
-    """What is decided about one lamp before the device is touched.
+    """How one lamp is drawn, decided before the device is touched.
 
     Attributes:
         plan: the world's.
@@ -132,14 +133,14 @@ def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False
 
 
 def _reach(plan: Plan, lamp: Lamp) -> Column:
-    """Columns of air by way of the drops."""
+    """Range of air columns from a lamp to the eye by way of the drops."""
     if not plan.world.optics.has_air:
         return NO_AIR
     return lamp_column(lamp, plan.box_m, plan.world.view.eye_m)
 
 
 def _air_steps(plan: Plan) -> int:
-    """Steps through even drops in air, a power of two: each halves the one before."""
+    """Steps through even drops in air, a power of two: the shader halves the angle at the lamp."""
     wanted = most_steps(plan.rates, plan.world.volume)
     return min(max(1 << math.ceil(math.log2(wanted)), 2), _MOST_AIR_STEPS)
 
@@ -202,7 +203,7 @@ class FastLamp:
         return True
 
     def anew(self, plan: Plan) -> FastLamp:
-        """Make a lamp that could not move, for places farther away."""
+        """Make this lamp anew, for a plan that it cannot move to."""
         return FastLamp(self._gl, plan, self._number, self._drops, no_progress, roaming=True)
 
     def _bind(self) -> None:

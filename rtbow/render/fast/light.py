@@ -1,4 +1,4 @@
-"""What a world's drops make of one of its lights, as method ``fast`` tables it."""
+"""Method ``fast``: the drops, spectra and angles that the colours of one light are tabled for."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rtbow.render.fast.shared import Plan, RadiusRows, rain_colour
 from rtbow.render.fast.tolerance import node_step_nm
 
 MOST_TEXELS = 16_384
-"""Texels along a table, at most, also of devices that take more."""
+"""A table has no more texels along its angles than this, even where the device takes more."""
 
 
 @dataclass(frozen=True)

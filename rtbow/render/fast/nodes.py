@@ -8,7 +8,7 @@ from rtbow.gl.context import GlContext
 from rtbow.world.camera import View
 
 _WIDEST_BLOCK_DEG = 1.1
-"""Angle between nodes, at most: what they gather bends over several degrees."""
+"""Nodes lie no farther apart than this angle: what they gather bends over several degrees."""
 
 
 def block_for(view: View, most: int) -> int:

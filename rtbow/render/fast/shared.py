@@ -1,4 +1,4 @@
-"""Method ``fast``: what its programs for suns and lamps share about a world."""
+"""Method ``fast``: the plan, uniforms and defines that its suns and lamps share."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ from rtbow.world.steps import (
 from rtbow.world.world import World
 
 _LEFT_OUT = 2e-5
-"""Share of the light at each end of the radii whose drops count at the last row's radius."""
+"""At each end of the radii, drops with this share of the light count at the last row's radius."""
 DARK = 1e4
-"""Column behind which no light is left at all: the shader's, where the Earth is in the way."""
+"""The shader's column where the Earth is in the way: no light is left behind it at all."""
 _LEAST_STEPS = 12
-"""Steps along any ray through a grid: on short ones a few cells' errors do not average out."""
+"""Least steps along a ray through a grid: on short ones a few cells' errors do not average out."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +84,11 @@ def radius_rows(volume: DropletVolume, settings: FastSettings) -> RadiusRows:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is decided about a world before the device is touched, for the programs of all lights.
+    """How a world is drawn, decided for all lights before the device is touched.
 
     Attributes:
         world: the world.
-        settings: how coarse.
+        settings: how coarse each approximation is.
         box_m: the part of the volume that has drops (2, 3).
         radii: of the tables.
         grid_cells: samples per metre along each axis that the grid alone asks for (3,).
@@ -103,7 +103,7 @@ class Plan:
     rates: StepRates
 
     def moved(self, world: World) -> Plan:
-        """Give the plan of a world that differs in where camera and lights are."""
+        """Give the plan for a world that differs in where camera and lights are."""
         rates = self.rates
         if world.optics is not self.world.optics:
             rates = _rates(world, self.grid_cells)

@@ -18,13 +18,14 @@ from rtbow.render.fast.shared import Plan
 from rtbow.world.lights import Sun
 
 _ROAMING_DEGREE = 2
-"""Of the polynomial in the column, at least, for suns that move: so that none is of another."""
+"""The polynomial in the column has at least this degree for suns that move, so that programs need
+not change on the way."""
 _WORST_FIT = 5.0
-"""Of the error allowed to the fit of the air's colours: what cannot be followed is refused."""
+"""A fit of the air's colours is refused whose error is this many times the allowed one."""
 _TABLES = 6
-"""Tables that are kept for suns that move to and fro."""
+"""So many tables are kept for suns that move to and fro."""
 _SHARP_STEP_NM = 1.0
-"""Between wavelengths, where nothing blurs what is of one wavelength: that of the reference."""
+"""Step of wavelengths, that of the reference, where nothing blurs the fringes of single ones."""
 _TOO_FINE = (
     "light.N.angular_diameter_deg = 0: drops under a point of light show fringes that method fast"
     " does not follow; use --method spectral, or give the light a diameter"
@@ -62,7 +63,7 @@ def sunlight_degree(light: LightPlan, column: Column, *, roaming: bool) -> int:
 
 
 class SunColours:
-    """What drops make of one sun's light, baked once, and the tables for ranges of air columns.
+    """The colours of one sun's light, baked once, and their tables for ranges of air columns.
 
     Args:
         gl: the context; it must be current here and in every method.
@@ -76,7 +77,7 @@ class SunColours:
         self._baked = light.bake(gl, building)
 
     def behind(self, column: Column, degree: int) -> tuple[ColourTable, moderngl.Texture]:
-        """Give the table for a range of columns, made if it is none of the last few.
+        """Give the table for a range of columns, made unless it is one of the last few.
 
         Args:
             column: the range.
@@ -103,7 +104,7 @@ class SunColours:
 
     @property
     def textures(self) -> list[moderngl.Texture]:
-        """Those of the tables that are kept."""
+        """The textures of the tables that are kept."""
         return [texture for _, texture in self._tables.values()]
 
 

@@ -49,13 +49,15 @@ if TYPE_CHECKING:
     from rtbow.world.rain.extinction import RainExtinction
 
 _LOOP_BUDGET = 45_000
-"""Loop iterations of one pixel in one pass; longer marches are drawn in several that add up. The
-rest is left to the sums of the rain's depth, which each pass begins anew."""
+"""One pass takes so many loop iterations of one pixel; longer marches are drawn in several that add
+up. The rest of what a driver takes is left to the sums of the rain's depth, which each pass begins
+anew."""
 
 _TILE_SECONDS = 0.15
-"""Time that a strip is to take."""
+"""A strip of rows is to take this long."""
 _TILE_ROWS = 4
-"""Mesa's CPU driver shades blocks of 4 x 4 pixels: a strip that cuts them pays for their whole."""
+"""Strips are whole multiples of this many rows: Mesa's CPU driver shades blocks of 4 x 4 pixels: a
+strip that cuts them pays for their whole."""
 
 
 class SpectralMethod:
@@ -237,10 +239,10 @@ class SpectralMethod:
             self._program.set(f"suns[{k}].disc", sun.disc_rad)
 
     def prepare_moves(self) -> None:
-        """Do nothing: there are no tables that serve other places."""
+        """Do nothing: this method has no tables that serve other places."""
 
     def move(self, world: World) -> bool:
-        """Take over another world, if it is the same one."""
+        """Say whether a world is the one that is drawn: this method follows no moves."""
         return world is self._world
 
     @property

@@ -1,4 +1,4 @@
-"""Size distributions of a scene: as sizes that stand for a whole one, and drawn at grid points."""
+"""Size distributions of a scene: as sizes that stand for one, or as drops drawn at grid points."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NODE_STEP = 0.01
 """Step in ln(radius) of the sizes that stand for a distribution: half the width of the exact
 table's own spread; Airy's function is averaged over each step."""
 _LEFT_OUT = 1e-6
-"""Share of the cross-section area at each end of a distribution that may be cut off."""
+"""A distribution is cut off at each end by this share of the drops' area."""
 
 
 def _modified_gamma_slopes(radius: ModifiedGammaRadius) -> tuple[float, float]:

@@ -31,10 +31,11 @@ from rtbow.world.rain.drops import distribution, draw_drops
 Field = NDArray[np.float32]
 
 MAX_GRID = 1024
-"""Grid points along an axis, at most."""
+"""Most grid points along an axis."""
 _SOME_UM = 10.0
+"""The radius that stands for those of an empty volume."""
 _MAX_COORDINATE_M = 1e7
-"""As in a scene's own ``box_m``."""
+"""A box lies within this distance of the origin along each axis, as in a scene's ``box_m``."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,10 @@ class DropletVolume:
 
     @property
     def size_range_um(self) -> tuple[float, float]:
-        """Least and greatest radius of any drop, mixed ones included; of an empty volume some
-        radius, for which tables can be made that nothing will look up."""
+        """Least and greatest radius of any drop, mixed ones included.
+
+        An empty volume has some radius, so that tables can be made, which nothing looks up.
+        """
         if self.sizes is not None:
             return self.sizes.range_um
         least, most = self.radius_range_um
@@ -185,7 +188,7 @@ _UNREADABLE = (
 def _check_size(path: Path) -> None:
     """Refuse arrays that are too large, by their headers, before any of them is unpacked."""
     if not zipfile.is_zipfile(path):
-        return  # told later
+        return  # load_volume says what it is instead
     with zipfile.ZipFile(path) as archive:
         for name in ("radius_um.npy", "number_per_m3.npy", "box_m.npy"):
             if name not in archive.namelist():
@@ -248,7 +251,7 @@ def load_volume(path: Path) -> DropletVolume:
             f"{path}: box_m = {box.tolist()}; must be two finite corners within"
             f" ±{_MAX_COORDINATE_M:g} m, the second greater along east, north and up"
         )
-    with np.errstate(over="ignore"):  # told below
+    with np.errstate(over="ignore"):  # refused below
         radius = radius.astype(np.float32)
         number = number.astype(np.float32)
     if not np.all((number >= 0.0) & (number <= MAX_DENSITY_PER_M3)):

@@ -4,7 +4,7 @@
 #include "fast/sun/row_weights.glsl"
 #include "fast/sun/path.glsl"
 
-// A node of method `fast`: what its ray gathers for one sun.
+// A node of method `fast` under a sun: what its ray gathers.
 
 uniform Camera camera;
 uniform Volume volume;
@@ -27,10 +27,10 @@ void main() {
     path = vec4(MISS, 0.0, 0.0, 0.0);
     int count = span.x < span.y ? stepCount(span.y - span.x, ray, march) : 0;
     Gathered gathered = nothingYet(firstRow);
-    SunPath found = gatherSun(ray, span, count, sunDirection, volume, air, rows, table, gathered);
+    SunPath sunPath = gatherSun(ray, span, count, sunDirection, volume, air, rows, table, gathered);
 #if SEVERAL_RADII
     Number perMetre = count > 0 ? 1.0 / (span.y - span.x) : 0.0;
     for (int g = 0; g < HAT_GROUPS; ++g) hats[g] = perMetre * gathered.weights[g];
 #endif
-    if (count > 0) path = vec4(found.weight, found.column, found.depth, 0.0);
+    if (count > 0) path = vec4(sunPath.weight, sunPath.column, sunPath.depth, 0.0);
 }

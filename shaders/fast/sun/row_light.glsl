@@ -3,7 +3,7 @@
 
 // Where drops differ in size, a ray's light is a sum over rows of radius: each drop counts at its two
 // neighbours among the rows, linearly; the rows are fitted to all radii between them
-// (rtbow/render/colours/table.py). A pixel keeps the light that they come to.
+// (rtbow/render/colours/table.py). A pixel keeps the light of all rows.
 
 struct Gathered {
     Number texel;          // of the pixel's scattering angle along the table
