@@ -101,7 +101,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         kind: of the volume.
     """
     measured = _MEASURED[kind]
-    share = delta_e / DEFAULT_DELTA_E
+    share = float(delta_e) / DEFAULT_DELTA_E  # comparisons below count, as NumPy's would not
     # Errors of counts are of second order in a step: half the error takes the root of two as many.
     finer = share**-0.5
     count = min(max(finer, 0.5), 2.5)

@@ -113,7 +113,7 @@ def test_a_moved_camera_keeps_optics_and_rates():
     there = plan.moved(turned)
     assert there.world.optics is world.optics
     assert there.rates is plan.rates
-    assert there.uniforms["cameraBasis"] != plan.uniforms["cameraBasis"]
+    assert there.uniforms["camera.basis"] != plan.uniforms["camera.basis"]
     low = there.moved(moved(turned, lit(looking(scene, 30.0), {"altitude_deg": 2.0})))
     assert low.rates.air_per_metre > plan.rates.air_per_metre
     np.testing.assert_array_equal(low.rates.cells_per_metre, plan.rates.cells_per_metre)
