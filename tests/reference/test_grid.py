@@ -10,6 +10,7 @@ from rtbow.physics.geometry import direction
 from rtbow.reference import render as reference
 from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
+from rtbow.world.world import resolve
 
 
 def test_linear_density_is_its_mean(tmp_path):
@@ -117,6 +118,6 @@ def test_drawn_radii_under_a_lamp_do_not_ask_for_a_finer_grid(tmp_path):
                 "render": {"wavelength_step_nm": 10.0},
             }
         )
-        radiance.append(radiance_along(scene, rays))
+        radiance.append(radiance_along(resolve(scene), rays))
     # 2.6 with one piece for each cell.
     assert frame_difference(*radiance).delta_e.worst < 0.05

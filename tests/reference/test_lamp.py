@@ -10,6 +10,7 @@ from rtbow.physics.light.colour import colour_matching
 from rtbow.reference.lamp import Ball, lamp_pieces
 from rtbow.reference.rays import Grid, Rays
 from rtbow.reference.render import spectral_radiance_along
+from rtbow.world.world import resolve
 from textbook import cross_section
 
 GRID = Grid(np.array(BOX), moments=np.full((2, 3, 4, 2), 2.0), extinction=np.zeros((1, 1, 1, 2)))
@@ -68,6 +69,6 @@ def test_ray_that_all_but_meets_a_point():
         index = float(relative_index(np.array([wavelength]), 20.0)[0])
         section = sum(cross_section(index, wavelength * 1e-9, radius_m, theta, k) for k in (1, 2))
         expected.append(intensity * NUMBER / side_m * trapezoid(section, theta))
-    got = spectral_radiance_along(make(lights=[lamp(diameter_m=0.0)]), ray[None])[0]
+    got = spectral_radiance_along(resolve(make(lights=[lamp(diameter_m=0.0)])), ray[None])[0]
     # Worst 9e-9.
     np.testing.assert_allclose(got, expected, rtol=3e-8)

@@ -5,6 +5,7 @@ import pytest
 
 from one_pixel import BOX, EYE, NM, Pixel, colour_of, xyz_of
 from rtbow.reference.render import render_reference
+from rtbow.world.world import resolve
 from textbook import column_along_ray, rayleigh_depth
 
 PIXELS = {
@@ -74,13 +75,13 @@ def test_no_drops_no_light(air):
         "density": {"number_per_m3": 0.0},
     }
     scene = Pixel().scene(droplets=droplets, atmosphere={"rayleigh": air})
-    np.testing.assert_array_equal(render_reference(scene), 0.0)
+    np.testing.assert_array_equal(render_reference(resolve(scene)), 0.0)
 
 
 @pytest.mark.parametrize(("azimuth", "altitude"), [(180.0, 12.0), (30.0, 80.0), (90.0, 0.0)])
 def test_missed_box_is_dark(azimuth, altitude):
     scene = Pixel(azimuth=azimuth, altitude=altitude).scene()
-    np.testing.assert_array_equal(render_reference(scene), 0.0)
+    np.testing.assert_array_equal(render_reference(resolve(scene)), 0.0)
 
 
 def test_twice_the_drops_twice_the_light():

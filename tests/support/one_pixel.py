@@ -10,6 +10,7 @@ from rtbow.physics.light.colour import colour_matching
 from rtbow.reference.render import render_reference
 from rtbow.scene.model import Scene
 from rtbow.world.rain.volume import DropletVolume, save_volume
+from rtbow.world.world import resolve
 from textbook import RGB_TO_XYZ, cross_section, mean_on_sphere, towards
 
 STEP_NM = 40.0
@@ -109,7 +110,7 @@ class Pixel:
 
 def xyz_of(scene):
     """X, Y, Z of the reference's frame of one pixel."""
-    frame = render_reference(scene)
+    frame = render_reference(resolve(scene))
     assert frame.shape == (1, 1, 3)
     assert frame.dtype == np.float64
     return RGB_TO_XYZ @ frame[0, 0]
