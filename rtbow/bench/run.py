@@ -31,7 +31,7 @@ from rtbow.bench.row import (
     with_speed_up,
 )
 from rtbow.gl.context import Backend, open_context
-from rtbow.render.renderer import METHODS, Method, Renderer
+from rtbow.render.renderer import METHODS, MethodName, Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import builtin_scenes, load_scene
 
@@ -64,7 +64,7 @@ def no_show(label: str, unit: str) -> Progress:
     return no_progress
 
 
-def shader_methods() -> tuple[Method, ...]:
+def shader_methods() -> tuple[MethodName, ...]:
     """Give the methods that draw on the GL device; ``auto`` is one of them under another name."""
     return tuple(method for method in METHODS if method not in ("auto", "reference"))
 
@@ -85,7 +85,7 @@ class Plan:
     """
 
     size_px: tuple[int, int] = DEFAULT_SIZE
-    methods: tuple[Method, ...] = field(default_factory=shader_methods)
+    methods: tuple[MethodName, ...] = field(default_factory=shader_methods)
     max_delta_e: tuple[float, ...] = ()
     settings: Mapping[str, object] = field(default_factory=dict)
     backend: Backend = "auto"
@@ -105,9 +105,9 @@ class Plan:
         if self.max_delta_e and TOLERANCE_KEY in self.settings:
             raise InputError(f"--max-delta-e and --set {TOLERANCE_KEY}: give one of the two")
 
-    def variants(self) -> list[tuple[Method, dict[str, object]]]:
+    def variants(self) -> list[tuple[MethodName, dict[str, object]]]:
         """List the methods with the overrides that they take beside ``settings``."""
-        variants: list[tuple[Method, dict[str, object]]] = []
+        variants: list[tuple[MethodName, dict[str, object]]] = []
         for method in self.methods:
             if method == "spectral" and STEP_KEY not in self.settings:
                 variants.append((method, {STEP_KEY: SPECTRAL_STEP_NM}))
@@ -118,7 +118,7 @@ class Plan:
         return variants
 
     def row(
-        self, scene: Scene, method: Method, setting: dict[str, object],
+        self, scene: Scene, method: MethodName, setting: dict[str, object],
         scaling: ScalingPoint | None = None,
     ) -> BenchRow:  # fmt: skip
         """Give the row of a method in a scene, with nothing measured yet."""

@@ -22,7 +22,7 @@ from rtbow.cli.options import (
 
 if TYPE_CHECKING:
     from rtbow.physics.light.sun_position import SunPosition
-    from rtbow.render.renderer import Method
+    from rtbow.render.renderer import MethodName
     from rtbow.sequence.run import Report
 
 
@@ -159,7 +159,7 @@ def animate(
             click.echo(_left_over(left), err=True)
 
 
-def _summary(report: Report, method: Method) -> str:
+def _summary(report: Report, method: MethodName) -> str:
     """Say how many frames were drawn, and how many kept."""
     drawn = f"{report.drawn} frame{'' if report.drawn == 1 else 's'} drawn"
     if method == "auto" and report.methods:

@@ -146,12 +146,7 @@ def _plan(
     error_pixels: int | str | None,
     backend: Any,
 ) -> Plan:
-    from rtbow.bench.run import (
-        DEFAULT_ERROR_PIXELS,
-        DEFAULT_SIZE,
-        Plan,
-        shader_methods,
-    )
+    from rtbow.bench.run import DEFAULT_ERROR_PIXELS, DEFAULT_SIZE, Plan, shader_methods
     from rtbow.scene.text.file import parse_set
 
     changes = dict(parse_set(text) for text in settings)

@@ -7,12 +7,7 @@ from typing import Any
 
 import click
 
-from rtbow.cli.options import (
-    backend_option,
-    progress_bar,
-    quiet_option,
-    size_option,
-)
+from rtbow.cli.options import backend_option, progress_bar, quiet_option, size_option
 
 
 @click.command()

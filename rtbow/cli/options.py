@@ -15,7 +15,7 @@ from rtbow.physics.constants import SUN_DIAMETER_DEG
 if TYPE_CHECKING:
     from rtbow.base.arrays import Progress
     from rtbow.gl.context import Backend
-    from rtbow.render.renderer import Method
+    from rtbow.render.renderer import MethodName
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
@@ -227,7 +227,7 @@ class Drawing(NamedTuple):
 
     size: tuple[int, int] | None
     backend: Backend
-    method: Method
+    method: MethodName
     max_delta_e: float | None
     settings: tuple[str, ...]
     exposure: float | None

@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rtbow.cli.options import (
-    Drawing,
-    WholeNumber,
-    drawing_options,
-    scene_argument,
-)
+from rtbow.cli.options import Drawing, WholeNumber, drawing_options, scene_argument
 
 if TYPE_CHECKING:
     from rtbow.view.app import Viewer

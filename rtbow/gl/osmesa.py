@@ -5,13 +5,7 @@ from __future__ import annotations
 import ctypes
 from typing import TYPE_CHECKING
 
-from rtbow.gl.driver import (
-    GL_VERSION_CODE,
-    BackendError,
-    Driver,
-    SymbolLoader,
-    create,
-)
+from rtbow.gl.driver import GL_VERSION_CODE, BackendError, Driver, SymbolLoader, create
 
 if TYPE_CHECKING:
     import moderngl

@@ -9,13 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rtbow.gl.driver import (
-    GL_VERSION_CODE,
-    BackendError,
-    Driver,
-    SymbolLoader,
-    create,
-)
+from rtbow.gl.driver import GL_VERSION_CODE, BackendError, Driver, SymbolLoader, create
 
 # glfw is imported where it is used: a verb without pictures must not wait.
 if TYPE_CHECKING:

@@ -16,13 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Indices,
-    Progress,
-    floats,
-    no_progress,
-)
+from rtbow.base.arrays import Array, Indices, Progress, floats, no_progress
 from rtbow.physics.air.rayleigh import segment_column, sun_column
 from rtbow.physics.constants import EARTH_RADIUS_M
 from rtbow.physics.drop.airy import SCALE_POWER
@@ -43,22 +37,12 @@ from rtbow.reference.rays import (
     sample_rays,
 )
 from rtbow.reference.rows import LampSections, integrate_lamp_rows, integrate_rows
-from rtbow.tables.layout import (
-    RadiusAxis,
-    angle_axis,
-    radius_axis,
-    row_sections,
-    running_integral,
-)
+from rtbow.tables.layout import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
 from rtbow.tables.mie.direct import DirectMieSections
 from rtbow.tables.sections import Sections
 from rtbow.world.lights import NEAREST_M, Lamp, Sun
 from rtbow.world.optics import Optics
-from rtbow.world.rain.extinction import (
-    RainExtinction,
-    paths_to,
-    with_second,
-)
+from rtbow.world.rain.extinction import RainExtinction, paths_to, with_second
 from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.world import World
 

@@ -11,22 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Progress, no_progress
-from rtbow.base.errors import (
-    InputError,
-    RtbowError,
-    UnavailableError,
-    UnsuitedError,
-)
+from rtbow.base.errors import InputError, RtbowError, UnavailableError, UnsuitedError
 from rtbow.frames.display import require_finite
 from rtbow.scene.model import Scene
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend, GlContext
-    from rtbow.render.method import Method as DrawingMethod
+    from rtbow.render.method import Method
     from rtbow.world.world import World
 
-Method = Literal["auto", "fast", "spectral", "reference"]
-METHODS: tuple[Method, ...] = get_args(Method)
+MethodName = Literal["auto", "fast", "spectral", "reference"]
+METHODS: tuple[MethodName, ...] = get_args(MethodName)
 
 
 CPU_RENDERER = "CPU, float64"
@@ -54,12 +49,12 @@ class Renderer:
 
     def __init__(self, scene: Scene, backend: Backend = "auto") -> None:
         self.scene = scene
-        self.method_used: Method = "auto"
+        self.method_used: MethodName = "auto"
         self.unsuited = ""
         self._backend = backend
         self._context: GlContext | None = None
         self._worlds: list[World] = []
-        self._methods: dict[Method, list[DrawingMethod]] = {}
+        self._methods: dict[MethodName, list[Method]] = {}
         self._closed = False
 
     @property
@@ -76,7 +71,7 @@ class Renderer:
 
     def render(
         self,
-        method: Method = "auto",
+        method: MethodName = "auto",
         progress: Progress = no_progress,
         building: Progress = no_progress,
     ) -> NDArray[np.float32]:
@@ -134,7 +129,7 @@ class Renderer:
         ]
         return np.concatenate(parts, axis=1).astype(np.float32)
 
-    def draw(self, method: Method = "auto") -> None:
+    def draw(self, method: MethodName = "auto") -> None:
         """Draw a frame on the GL device and wait until it is done, without reading it: to time it.
 
         Args:
@@ -161,7 +156,7 @@ class Renderer:
         if self._closed:
             raise RtbowError("this Renderer is closed; make another")
         worlds = self._moved_worlds(scene)
-        kept: dict[Method, list[DrawingMethod]] = {}
+        kept: dict[MethodName, list[Method]] = {}
         if self._context is not None:
             with self._translated(scene), self._context.current():
                 for name, methods in self._methods.items() if worlds else ():
@@ -203,14 +198,14 @@ class Renderer:
         """Memory of the textures of all methods used so far."""
         return sum(part.texture_bytes for parts in self._methods.values() for part in parts)
 
-    def _check(self, method: Method) -> None:
+    def _check(self, method: MethodName) -> None:
         if self._closed:
             raise RtbowError("this Renderer is closed; make another")
         if method not in METHODS:
             raise InputError(f"method {method!r} is not known; must be one of {', '.join(METHODS)}")
 
     def _render_shader(
-        self, method: Method, progress: Progress, building: Progress
+        self, method: MethodName, progress: Progress, building: Progress
     ) -> NDArray[np.float32]:
         with self._device(method, building) as methods:
             drawn = [
@@ -220,7 +215,7 @@ class Renderer:
             return np.concatenate(drawn, axis=1)
 
     @contextmanager
-    def _device(self, method: Method, building: Progress) -> Iterator[list[DrawingMethod]]:
+    def _device(self, method: MethodName, building: Progress) -> Iterator[list[Method]]:
         """Make the GL context current and give a method for each part, made when first asked for.
 
         The device's own errors become ours.
@@ -252,8 +247,8 @@ class Renderer:
             ) from error
 
     def _make_methods(
-        self, context: GlContext, method: Method, building: Progress
-    ) -> list[DrawingMethod]:
+        self, context: GlContext, method: MethodName, building: Progress
+    ) -> list[Method]:
         worlds = self._resolved()
         # Imported when used: each brings modules that the other does not need.
         if method != "spectral":
@@ -289,5 +284,5 @@ class Renderer:
         self.close()
 
 
-def _move(method: DrawingMethod, world: World) -> bool:
+def _move(method: Method, world: World) -> bool:
     return method.move(world)

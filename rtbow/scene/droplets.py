@@ -9,15 +9,7 @@ from pydantic_core import InitErrorDetails
 
 from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS
 from rtbow.scene.radius import ConstantRadius, Radius
-from rtbow.scene.table import (
-    AXES,
-    Point,
-    Table,
-    misplaced,
-    missing,
-    refused,
-    shown_as,
-)
+from rtbow.scene.table import AXES, Point, Table, misplaced, missing, refused, shown_as
 
 Box = Annotated[tuple[Point, Point], Strict(False)]
 GridSize = Annotated[int, Field(ge=2, le=1024)]

@@ -6,12 +6,7 @@ from pydantic import Field
 
 from rtbow.base.limits import MAX_DISC_DEG
 from rtbow.physics.constants import SUN_DIAMETER_DEG
-from rtbow.scene.table import (
-    AltitudeDeg,
-    Point,
-    Table,
-    shown_as,
-)
+from rtbow.scene.table import AltitudeDeg, Point, Table, shown_as
 
 _KIND = Field(
     description="the kind of light",

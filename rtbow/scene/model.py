@@ -9,23 +9,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, PrivateAttr, Strict, field_validator
 
 from rtbow.base.errors import InputError
-from rtbow.base.limits import (
-    DEFAULT_DELTA_E,
-    LEAST_DELTA_E,
-    MOST_DELTA_E,
-    SIZE_SPREADS,
-    WATER_C,
-)
+from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MOST_DELTA_E, SIZE_SPREADS, WATER_C
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lights import Light
-from rtbow.scene.table import (
-    AltitudeDeg,
-    Point,
-    Table,
-    refused,
-    shown_as,
-)
+from rtbow.scene.table import AltitudeDeg, Point, Table, refused, shown_as
 
 Pixels = Annotated[int, Field(ge=1, le=16384)]
 Order = Annotated[int, Field(ge=1, le=2)]

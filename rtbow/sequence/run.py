@@ -21,7 +21,7 @@ from rtbow.base.version import __version__
 from rtbow.frames.display import BLACK_FRAME_EV, auto_exposure_ev, display
 from rtbow.frames.film import DEFAULT_FPS, Film, check_fps, film_at
 from rtbow.frames.image import frame_metadata, read_exr, read_png, write_exr, write_png
-from rtbow.render.renderer import Method, Renderer
+from rtbow.render.renderer import MethodName, Renderer
 from rtbow.scene.text.values import scene_files
 from rtbow.sequence.animation import Animation
 from rtbow.sequence.outputs import SEQUENCE_TEXT, Outputs, Pattern, check_places
@@ -69,7 +69,7 @@ def animate(
     animation: Animation,
     outputs: Outputs,
     *,
-    method: Method = "auto",
+    method: MethodName = "auto",
     backend: Backend = "auto",
     exposure_ev: float | None = None,
     fps: float = DEFAULT_FPS,
@@ -119,8 +119,10 @@ def animate(
 class _Drawing:
     """Draws frames of an animation on one renderer, opened for the first of them."""
 
-    def __init__(self, animation: Animation, method: Method, backend: Backend, show: Show) -> None:
-        self.method: Method = method
+    def __init__(
+        self, animation: Animation, method: MethodName, backend: Backend, show: Show
+    ) -> None:
+        self.method: MethodName = method
         self.methods: list[str] = []
         self._animation, self._backend, self._show = animation, backend, show
         self._renderer: Renderer | None = None

@@ -16,23 +16,8 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.base.errors import InputError
-from rtbow.base.limits import (
-    MAX_DISC_DEG,
-    MAX_RADIUS_UM,
-    MIN_RADIUS_UM,
-    SIZE_SPREADS,
-    WATER_C,
-)
-from rtbow.frames.plot import (
-    COLOURS,
-    GREY,
-    GRID_GREY,
-    caption,
-    legend,
-    new_figure,
-    save,
-    style,
-)
+from rtbow.base.limits import MAX_DISC_DEG, MAX_RADIUS_UM, MIN_RADIUS_UM, SIZE_SPREADS, WATER_C
+from rtbow.frames.plot import COLOURS, GREY, GRID_GREY, caption, legend, new_figure, save, style
 from rtbow.physics.constants import SUN_DIAMETER_DEG, VISIBLE_NM
 from rtbow.physics.drop.airy import SCALE_POWER, bow
 from rtbow.physics.drop.water import relative_index

@@ -25,12 +25,7 @@ from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.cache import cached_arrays, source_digest
-from rtbow.physics.drop.airy import (
-    RADIUS_POWER,
-    SCALE_POWER,
-    Bow,
-    airy_squared_and_integral,
-)
+from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared_and_integral
 from rtbow.physics.light.disc import disc_nodes
 
 # --- Layout, shared with the shader through :func:`shader_constants` --------------------------

@@ -15,12 +15,7 @@ from rtbow.base.arrays import Array, Progress, no_progress
 from rtbow.base.errors import InputError
 from rtbow.base.exr import write_exr_channels
 from rtbow.base.files import write_atomic
-from rtbow.base.limits import (
-    MAX_DISC_DEG,
-    MAX_RADIUS_UM,
-    MIN_RADIUS_UM,
-    SIZE_SPREADS,
-)
+from rtbow.base.limits import MAX_DISC_DEG, MAX_RADIUS_UM, MIN_RADIUS_UM, SIZE_SPREADS
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.tables.mie.axes import DEFAULT_SPREAD
 from rtbow.tables.sections import Theory, water_sections

@@ -13,21 +13,10 @@ from rtbow.base.cache import FOLDER_VARIABLE, cache_dir
 from rtbow.base.errors import InputError
 from rtbow.base.limits import MAX_RADIUS_UM, SIZE_SPREADS, TABLE_RADII_UM
 from rtbow.physics.constants import SUN_DIAMETER_DEG
-from rtbow.physics.drop.airy import (
-    RADIUS_POWER,
-    SCALE_POWER,
-    Bow,
-    airy_squared,
-    bow,
-)
+from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, Bow, airy_squared, bow
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.disc import disc_mean
-from rtbow.tables.airy import (
-    AiryTable,
-    airy_table,
-    build_airy_table,
-    near_z_high,
-)
+from rtbow.tables.airy import AiryTable, airy_table, build_airy_table, near_z_high
 from rtbow.tables.mie.build import build_mie_table, kept_table
 from rtbow.tables.mie.lookup import standard_axes
 from rtbow.tables.mie.store import range_candidates

@@ -11,31 +11,15 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Progress,
-    floats,
-    no_progress,
-)
+from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.base.compiled import compiled, prange
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, bows
-from rtbow.physics.drop.airy_compiled import (
-    airy_grid,
-    airy_squared_at,
-    running_at,
-    running_grid,
-)
+from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at, running_at, running_grid
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes
 from rtbow.tables.airy import AiryTable, airy_table
 from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
-from rtbow.tables.mie.lookup import (
-    MieSections,
-    check_index,
-    disc_grid,
-    resample,
-    standard_axes,
-)
+from rtbow.tables.mie.lookup import MieSections, check_index, disc_grid, resample, standard_axes
 from rtbow.tables.mie.store import compact_table, mie_table
 
 Theory = Literal["airy", "mie"]
@@ -44,13 +28,17 @@ Theory = Literal["airy", "mie"]
 class Sections(Protocol):
     """Differential cross-sections of water drops at some wavelengths."""
 
-    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+    def sections(
+        self, radius_m: Array, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give both components, averaged over the light's disc.
 
         Args:
             radius_m: drop radii (R,).
             theta_rad: scattering angles (U,).
             disc_rad: angular radius of the light's disc.
+            elevation_rad: elevation of each scattering plane above the horizon (U,), for drops
+                that are no spheres; spheres do not depend on it.
 
         Returns:
             |S1|²/k² (perpendicular) and |S2|²/k² (parallel) in m² sr⁻¹, (R, W, U, 2). Their mean
@@ -58,7 +46,9 @@ class Sections(Protocol):
         """
         ...
 
-    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+    def mixed(
+        self, sizes: Sizes, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give the mean over drops of several sizes, (W, U, 2), from the arguments of
         :meth:`sections`."""
         ...
@@ -80,7 +70,9 @@ class AirySections:
     wavelength_m: Array
     index: Array
 
-    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+    def sections(
+        self, radius_m: Array, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give both components, averaged over the light's disc (see :class:`Sections`)."""
         theta = floats(theta_rad)
         ones = np.ones(len(self.index))
@@ -92,7 +84,9 @@ class AirySections:
                 out[..., component] += strength[None, :, None] * shape
         return out
 
-    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+    def mixed(
+        self, sizes: Sizes, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give the mean over drops of several sizes, (W, U, 2).
 
         Airy's function averaged over the cell of each size, on angles that are dense about the

@@ -43,7 +43,7 @@ from rtbow.view.worker.side import SideJobs
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
-    from rtbow.render.renderer import Method
+    from rtbow.render.renderer import MethodName
 
 _PATIENCE_S = 0.1
 """Longest wait in one pass of the loop while nothing happens."""
@@ -79,7 +79,7 @@ class Viewer:
     def __init__(
         self,
         opened: Opened,
-        method: Method = "auto",
+        method: MethodName = "auto",
         backend: Backend = "auto",
         exposure_ev: float | None = None,
         *,
@@ -98,7 +98,7 @@ class Viewer:
         self._pace = Pace(_HEADROOM / self.state.target_fps)
         self._failure: RtbowError | None = None
         self._split: tuple[int, object] = (0, None)
-        self._wanted: tuple[Scene, Method, tuple[int, int], int] | None = None
+        self._wanted: tuple[Scene, MethodName, tuple[int, int], int] | None = None
         self._orders: dict[int, tuple[Order, float]] = {}
         self._generation = 0
         self._titled: tuple[Opened, Scene] | None = None

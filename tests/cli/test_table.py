@@ -8,12 +8,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from command_line import (
-    Result,
-    assert_refused,
-    contents,
-    execute,
-)
+from command_line import Result, assert_refused, contents, execute
 from rtbow.physics.drop.airy import airy_squared, bow
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.disc import disc_mean

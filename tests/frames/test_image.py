@@ -14,14 +14,7 @@ from PIL import Image
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.frames import image
 from rtbow.frames.display import auto_exposure_ev, display
-from rtbow.frames.image import (
-    png_texts,
-    read_exr,
-    read_png,
-    write_exr,
-    write_frame,
-    write_png,
-)
+from rtbow.frames.image import png_texts, read_exr, read_png, write_exr, write_frame, write_png
 
 METADATA = {
     "scene": '[camera]\nsize_px = [5, 7]  # "größer", 大',

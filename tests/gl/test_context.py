@@ -19,12 +19,7 @@ import rtbow.gl.context
 import rtbow.gl.egl
 from checkout import ROOT
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
-from rtbow.gl.context import (
-    BACKENDS,
-    GlContext,
-    open_context,
-    probe_backends,
-)
+from rtbow.gl.context import BACKENDS, GlContext, open_context, probe_backends
 from screen import virtual_screen
 
 HEADLESS = ("egl", "osmesa")

@@ -11,22 +11,10 @@ from pydantic import ValidationError
 from checkout import ROOT as CHECKOUT
 from rtbow.scene.droplets import Density, Droplets, density_key
 from rtbow.scene.lights import SunLight
-from rtbow.scene.model import (
-    Camera,
-    Render,
-    Scattering,
-    Scene,
-)
+from rtbow.scene.model import Camera, Render, Scattering, Scene
 from rtbow.scene.radius import ConstantRadius, MarshallPalmerRadius
 from rtbow.scene.text.file import parse_set, scene_from_text
-from rtbow.scene.text.schema import (
-    ROOT,
-    Node,
-    node_at,
-    suggestion,
-    toml_text,
-    walk_fields,
-)
+from rtbow.scene.text.schema import ROOT, Node, node_at, suggestion, toml_text, walk_fields
 
 README = CHECKOUT / "scenes" / "README.md"
 

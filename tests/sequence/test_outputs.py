@@ -8,19 +8,8 @@ import numpy as np
 import pytest
 
 from rtbow.base.errors import InputError
-from rtbow.frames.image import (
-    exr_texts,
-    frame_texts,
-    png_texts,
-    write_exr,
-    write_png,
-)
-from rtbow.sequence.outputs import (
-    Pattern,
-    check_places,
-    frames_beyond,
-    parse_outputs,
-)
+from rtbow.frames.image import exr_texts, frame_texts, png_texts, write_exr, write_png
+from rtbow.sequence.outputs import Pattern, check_places, frames_beyond, parse_outputs
 
 
 def test_patterns():

@@ -20,12 +20,7 @@ import rtbow.sequence.run
 from command_line import SMALL, Result, assert_refused, contents, execute, names, spawn
 from rtbow.base.errors import InputError
 from rtbow.frames.display import BLACK_FRAME_EV, auto_exposure_ev, display
-from rtbow.frames.image import (
-    png_texts,
-    read_exr,
-    read_png,
-    write_png,
-)
+from rtbow.frames.image import png_texts, read_exr, read_png, write_png
 from rtbow.physics.light.sun_position import sun_path
 from rtbow.scene.text.file import load_scene
 from rtbow.sequence.animation import Move, parse_move, plan_animation

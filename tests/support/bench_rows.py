@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rtbow.bench.row import (
-    BenchRow,
-    Machine,
-    Memory,
-    SampleDifference,
-    ScalingPoint,
-    Times,
-    Timing,
-)
+from rtbow.bench.row import BenchRow, Machine, Memory, SampleDifference, ScalingPoint, Times, Timing
 from rtbow.bench.scaling import AXES
 from rtbow.frames.difference import FrameDifference, Spread
 

@@ -8,7 +8,7 @@ import rtbow
 from rtbow.base.arrays import Array, floats
 from rtbow.gl.context import open_context
 from rtbow.physics.light.colour import rgb_to_xyz
-from rtbow.render.renderer import Method
+from rtbow.render.renderer import MethodName
 from rtbow.scene.model import Scene
 from rtbow.world.world import resolve
 
@@ -16,7 +16,7 @@ SIZE = [64, 36]
 SIZE_NAME = f"{SIZE[0]}×{SIZE[1]}"
 
 
-def frame(scene: Scene, method: Method) -> Array:
+def frame(scene: Scene, method: MethodName) -> Array:
     """Render a scene, by the shader on EGL or by the reference: X, Y, Z (h, w, 3)."""
     if method == "reference":
         from rtbow.reference.render import render_reference

@@ -12,7 +12,7 @@ from budget.frames import SIZE, SIZE_NAME, frame
 from rtbow.base.arrays import Array, floats
 from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.geometry import box_span
-from rtbow.render.renderer import Method
+from rtbow.render.renderer import MethodName
 from rtbow.scene.model import Scene
 from rtbow.world.camera import pixel_directions
 from rtbow.world.lights import suns
@@ -24,7 +24,7 @@ _RANGES_UM = ((10.0, 50.0), (50.0, 200.0), (100.0, 1000.0), (300.0, 700.0))
 _DEPTHS = (1.0, 3.0)
 _EFFICIENCY = 2.0
 _POINTS = 8000
-_METHODS: tuple[Method, ...] = ("reference", "spectral")
+_METHODS: tuple[MethodName, ...] = ("reference", "spectral")
 
 
 def measure() -> Measurement:

@@ -10,20 +10,9 @@ from budget.frames import SIZE, SIZE_NAME, frame
 from budget.strips import DISC_RAD
 from rtbow.base.arrays import Array, floats
 from rtbow.frames.difference import frame_difference
-from rtbow.frames.display import (
-    auto_exposure_ev,
-    display,
-    gamut_map,
-    max_luminance,
-    srgb_encode,
-)
+from rtbow.frames.display import auto_exposure_ev, display, gamut_map, max_luminance, srgb_encode
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
-from rtbow.tables.layout import (
-    _HALF_MAX,
-    RadiusAxis,
-    angle_axis,
-    row_sections,
-)
+from rtbow.tables.layout import _HALF_MAX, RadiusAxis, angle_axis, row_sections
 from rtbow.tables.sections import water_sections
 from rtbow.world.optics import scene_optics
 

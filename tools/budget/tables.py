@@ -17,12 +17,7 @@ from rtbow.tables.airy import airy_table
 from rtbow.tables.mie.average import mean_intensities
 from rtbow.tables.mie.axes import DEFAULT_SPREAD
 from rtbow.tables.mie.build import kept_table
-from rtbow.tables.mie.lookup import (
-    MieSections,
-    MieTable,
-    resample,
-    standard_axes,
-)
+from rtbow.tables.mie.lookup import MieSections, MieTable, resample, standard_axes
 from rtbow.tables.mie.store import COMPACT_FILE, compact_table
 from rtbow.tables.report import RADII_UM, lookup_errors
 from rtbow.world.optics import scene_optics

@@ -27,21 +27,11 @@ from rtbow.render.spectral.layout import (
     shader_defines,
     spectral_rows,
 )
-from rtbow.render.uniforms import (
-    MAX_STEPS,
-    MOST_LOOPS,
-    common_uniforms,
-    set_uniforms,
-)
+from rtbow.render.uniforms import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
 from rtbow.tables.airy import airy_table
 from rtbow.tables.layout import SectionTable, angle_axis, section_table
 from rtbow.world.optics import Optics
-from rtbow.world.steps import (
-    LEAST_RAIN_SAMPLES,
-    lamp_steps,
-    most_steps,
-    step_rates,
-)
+from rtbow.world.steps import LEAST_RAIN_SAMPLES, lamp_steps, most_steps, step_rates
 from rtbow.world.world import World
 
 if TYPE_CHECKING:

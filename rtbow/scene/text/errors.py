@@ -6,13 +6,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from rtbow.scene.text.lines import Key, Lines
-from rtbow.scene.text.schema import (
-    ROOT,
-    Node,
-    dotted,
-    suggestion,
-    toml_text,
-)
+from rtbow.scene.text.schema import ROOT, Node, dotted, suggestion, toml_text
 
 _SHOWN = 60  # characters of a wrong value in a message
 _OUT_OF_RANGE = (

@@ -9,18 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from rtbow.base.arrays import (
-    Array,
-    Progress,
-    floats,
-    no_progress,
-)
-from rtbow.base.cache import (
-    forget_arrays,
-    keep_arrays,
-    kept_arrays,
-    source_digest,
-)
+from rtbow.base.arrays import Array, Progress, floats, no_progress
+from rtbow.base.cache import forget_arrays, keep_arrays, kept_arrays, source_digest
 from rtbow.base.jobs import in_processes, on_cluster
 from rtbow.tables.mie.average import coherent, mean_efficiency, node_intensities
 from rtbow.tables.mie.axes import MieAxes

@@ -63,7 +63,9 @@ class DirectMieSections:
         values = floats(cached_arrays("mie-direct", key, build)["values"])
         return cls(axes, radius_m, index, values)
 
-    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+    def sections(
+        self, radius_m: Array, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give both components, averaged over the disc, (1, W, U, 2), at the one radius."""
         nodes, weights = disc_grid(floats(theta_rad), disc_rad)
         out = np.empty((1, len(self.index), len(theta_rad), 2))
@@ -72,6 +74,8 @@ class DirectMieSections:
             out[0, w] = self.radius_m**2 * resample(self.values[w], places, weights)
         return out
 
-    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+    def mixed(
+        self, sizes: Sizes, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give both components at the one radius, (W, U, 2): there is no other size to mix."""
         return floats(self.sections(sizes.radius_m, theta_rad, disc_rad)[0])

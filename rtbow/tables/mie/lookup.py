@@ -206,7 +206,9 @@ class MieSections:
     def __post_init__(self) -> None:
         check_index(self.index, self.table.axes.index_range)
 
-    def sections(self, radius_m: Array, theta_rad: Array, disc_rad: float) -> Array:
+    def sections(
+        self, radius_m: Array, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give both components of the differential cross-section, averaged over the disc.
 
         Args:
@@ -238,7 +240,9 @@ class MieSections:
         high = min(max(int(places.max()) + 4, low + 4), count)
         return slice(low, high), floats(places - low)
 
-    def mixed(self, sizes: Sizes, theta_rad: Array, disc_rad: float) -> Array:
+    def mixed(
+        self, sizes: Sizes, theta_rad: Array, disc_rad: float, elevation_rad: Array | None = None
+    ) -> Array:
         """Give the mean over drops of several sizes, (W, U, 2), from the arguments of
         :meth:`sections`."""
         sizes = tabled_sizes(sizes)

@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING
 
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.base.resources import resource_dir
-from rtbow.scene.text.file import (
-    DEFAULT_SCENE,
-    builtin_scenes,
-    load_scene,
-    parse_set,
-)
+from rtbow.scene.text.file import DEFAULT_SCENE, builtin_scenes, load_scene, parse_set
 from rtbow.scene.text.values import scene_files
 from rtbow.view.document.autosave import KEEP_AFTER_S, Autosave, Unsaved, origin
 from rtbow.view.document.edits import Edits, Opened

@@ -9,7 +9,7 @@ from rtbow.base.arrays import Array, Float32
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
 
 if TYPE_CHECKING:
-    from rtbow.render.renderer import Method
+    from rtbow.render.renderer import MethodName
     from rtbow.scene.model import Scene
 
 
@@ -19,7 +19,7 @@ class DrawFrame:
 
     number: int
     scene: Scene
-    method: Method
+    method: MethodName
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class SaveFrame:
 
     number: int
     scene: Scene
-    method: Method
+    method: MethodName
     paths: tuple[str, ...]
     exposure_ev: float | None
     command: str

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
     from rtbow.base.arrays import Array
-    from rtbow.render.renderer import Method
+    from rtbow.render.renderer import MethodName
     from rtbow.view.document.messages import FrameDrawn
 
 Side = Literal["left", "right"]
@@ -64,7 +64,7 @@ class ViewState:
         linger: pictures of the window still to be drawn although nothing happens.
     """
 
-    method: Method = "auto"
+    method: MethodName = "auto"
     exposure_ev: float | None = None
     overlays: set[str] = field(default_factory=set)
     side: Side = "left"

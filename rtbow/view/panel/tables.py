@@ -16,13 +16,7 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.file import parse_set
 from rtbow.scene.text.overrides import flat, plain
 from rtbow.scene.text.schema import Node, toml_text
-from rtbow.view.document.proposals import (
-    RIGHT,
-    Proposals,
-    plain_value,
-    split_path,
-    value_at,
-)
+from rtbow.view.document.proposals import RIGHT, Proposals, plain_value, split_path, value_at
 from rtbow.view.panel import kinds, widgets
 from rtbow.view.panel.drafts import Set
 from rtbow.view.panel.layout import Rows

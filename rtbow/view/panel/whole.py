@@ -16,13 +16,7 @@ from rtbow.view.document.state import OVERLAYS, Actions, ViewState
 from rtbow.view.panel import widgets
 from rtbow.view.panel.drafts import Drafts, Set
 from rtbow.view.panel.layout import Rows
-from rtbow.view.panel.rows import (
-    Row,
-    Slide,
-    own_row,
-    rows_of,
-    shown_number,
-)
+from rtbow.view.panel.rows import Row, Slide, own_row, rows_of, shown_number
 from rtbow.view.panel.sections.gallery import Gallery
 from rtbow.view.panel.sections.keep import Keep
 from rtbow.view.panel.sections.status import Status

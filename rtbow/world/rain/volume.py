@@ -16,12 +16,7 @@ from numpy.typing import NDArray
 from rtbow.base.arrays import Array
 from rtbow.base.errors import CHECK_PATH, InputError
 from rtbow.base.files import write_atomic
-from rtbow.base.limits import (
-    MAX_DENSITY_PER_M3,
-    MAX_GRID_POINTS,
-    MAX_RADIUS_UM,
-    MIN_RADIUS_UM,
-)
+from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.physics.sizes import Sizes
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.model import Scene

@@ -8,20 +8,9 @@ import pytest
 from rtbow.base.errors import InputError
 from rtbow.bench.random_scenes import random_scene
 from rtbow.scene.model import Scene
-from rtbow.scene.text.file import (
-    builtin_scenes,
-    load_scene,
-    parse_set,
-    scene_from_text,
-)
+from rtbow.scene.text.file import builtin_scenes, load_scene, parse_set, scene_from_text
 from rtbow.scene.text.schema import toml_text
-from rtbow.scene.text.values import (
-    changed_scene,
-    differences,
-    scene_files,
-    scene_text,
-    values_of,
-)
+from rtbow.scene.text.values import changed_scene, differences, scene_files, scene_text, values_of
 
 NAMES = sorted(builtin_scenes())
 

@@ -9,13 +9,7 @@ import pytest
 from checkout import ROOT
 from rtbow.base.errors import InputError
 from rtbow.scene.model import Scene
-from rtbow.scene.text.file import (
-    builtin_scenes,
-    load_scene,
-    parse_set,
-    scene_title,
-    typed_override,
-)
+from rtbow.scene.text.file import builtin_scenes, load_scene, parse_set, scene_title, typed_override
 from rtbow.scene.text.values import scene_text
 from rtbow.view.document.edits import Edits, Opened
 

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from glsl_probe import probe
-from rtbow.frames.display import (
-    _dither,
-    display,
-    gamut_map,
-    srgb_encode,
-)
+from rtbow.frames.display import _dither, display, gamut_map, srgb_encode
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
 from rtbow.view.window.image import Picture
 

@@ -7,12 +7,7 @@ from scipy.stats import kstest, norm
 
 from rtbow.physics.sizes import marshall_palmer, marshall_palmer_slope
 from rtbow.scene.droplets import Density
-from rtbow.scene.radius import (
-    ConstantRadius,
-    MarshallPalmerRadius,
-    NormalRadius,
-    UniformRadius,
-)
+from rtbow.scene.radius import ConstantRadius, MarshallPalmerRadius, NormalRadius, UniformRadius
 from rtbow.world.rain.drops import draw_drops
 
 DROPS = Density(number_per_m3=1000.0)

@@ -6,12 +6,7 @@ import pytest
 from rtbow.base.errors import InputError
 from rtbow.reference.rays import interpolate
 from rtbow.scene.droplets import Droplets
-from rtbow.world.rain.volume import (
-    DropletVolume,
-    build_volume,
-    load_volume,
-    save_volume,
-)
+from rtbow.world.rain.volume import DropletVolume, build_volume, load_volume, save_volume
 
 BOX = [[-10.0, 20.0, 0.0], [30.0, 80.0, 50.0]]
 

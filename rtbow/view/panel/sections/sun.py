@@ -12,12 +12,7 @@ from imgui_bundle import imgui
 from rtbow.base.errors import InputError
 from rtbow.view.panel import widgets
 from rtbow.view.panel.layout import Rows
-from rtbow.view.panel.rows import (
-    Row,
-    Slide,
-    own_row,
-    shown_number,
-)
+from rtbow.view.panel.rows import Row, Slide, own_row, shown_number
 
 Direction = tuple[float, float]
 """Altitude and azimuth in degrees."""
