@@ -6,7 +6,7 @@
 #if BLOCKS
 const Number MISS = -1.0;           // stored where a node's ray misses the rain
 
-// Where in the picture a node lies; `block`: pixels between nodes, a whole number.
+// Place of a node in the picture, pixels; `block`: pixels between nodes, a whole number.
 vec2 nodePixel(vec2 fragment, float block) {
     // One ring of nodes lies outside of the picture.
     return (fragment - 1.5) * block;
@@ -22,8 +22,15 @@ vec2 nodePlace(vec2 pixel, float block, sampler2D nodes) {
     return (pixel / block + 1.5) / vec2(textureSize(nodes, 0));
 }
 
-// Error of a linear interpolation half-way between b and c at most, from the nodes beyond them: a kink
-// there is a quarter of its second difference. Where one of these misses, a part of their difference.
+// Estimates by how much linear interpolation between the nodes b and c misses, from the nodes a and d
+// beyond them. A smooth f misses by h^2 f'' / 8 at most, half-way between nodes h apart, and h^2 f'' is
+// its second difference: the error is an eighth of that. A kink at a share t of the way, where the
+// slope changes by s per node, misses by t (1 - t) s at the kink, and the second differences at b and
+// c are (1 - t) s and t s: the error is a share min(t, 1 - t) of the greater one, which is a half at
+// most and a quarter in the mean over t. So a quarter of the greater second difference is twice the
+// error of a smooth f, and that of a kink at an ordinary place; one half-way between nodes, at
+// most s / 4, is taken for half of that. Where a or d misses the rain, f is taken to be level beyond
+// b or c: what is left of the second difference is c - b.
 vec4 bend(vec4 a, vec4 b, vec4 c, vec4 d) {
     return a.x < 0.0 || d.x < 0.0 ? 0.25 * abs(c - b)
                                   : 0.25 * max(abs(a - 2.0 * b + c), abs(b - 2.0 * c + d));

@@ -23,9 +23,11 @@ Number texelOf(ColourTable table, Number chord) {
     return (chord - table.first) * table.perChord;
 }
 
-// Folded chord of the angle between unit vectors: 2 sin(theta / 2) up to a right angle and as far
-// below 2 sqrt(2) beyond it. As good as the angle for a table, with its digits kept at both poles,
-// and a root is all it costs.
+// Folded chord of the angle theta between unit vectors, 0 to 2 sqrt(2). Up to a right angle it is
+// |u - v| = 2 sin(theta / 2). That would be level at theta = pi, where it would lose the angle's
+// digits; so beyond a right angle it is 2 sqrt(2) - |u + v|, where |u + v| = 2 cos(theta / 2). Value
+// and slope of both agree at the right angle. A root is all it costs, and float32 leaves 3.4e-7 rad at
+// any angle, where an arc cosine of dot(u, v) leaves 5e-4 at the poles.
 Number foldedChord(Direction u, Direction v) {
     bool back = dot(u, v) < 0.0;
     vec3 side = back ? u + v : u - v;
@@ -33,16 +35,18 @@ Number foldedChord(Direction u, Direction v) {
     return back ? 2.0 * RIGHT_ANGLE_CHORD - chord : chord;
 }
 
-// The same of a place along a ray that passes a lamp at a distance `side`; `place` is counted from
-// the foot, where the angle is a right one.
+// Folded chord of the scattering angle at a place along a ray that passes a lamp at a distance `side`;
+// `place` is counted from the foot, where the angle is a right one. In front of the foot
+// cos(theta) = |place| / away, and 2 sin(theta / 2) = sqrt(2 (away - |place|) / away); a difference
+// of like numbers is avoided by (away - |place|) (away + |place|) = side^2. Behind it all is mirrored.
 Number foldedChordAt(Length side, Length place) {
     Length away = length(vec2(side, place));
     Number chord = side * inversesqrt(0.5 * away * (away + abs(place)));
     return place > 0.0 ? 2.0 * RIGHT_ANGLE_CHORD - chord : chord;
 }
 
-// How fast the folded chord grows with the angle there: cos(theta / 2) up to a right angle, as much
-// beyond it.
+// How fast that folded chord grows with the angle: by cos(theta / 2) = sqrt((1 + cos(theta)) / 2) up
+// to a right angle, mirrored beyond.
 Number chordSlopeAt(Length side, Length place) {
     Length away = length(vec2(side, place));
     return sqrt(0.5 * (1.0 + abs(place) / away));
@@ -66,7 +70,7 @@ vec4 colourAt(sampler2D colours, Number texel, Number row) {
 }
 #endif
 
-// What is left of X, Y and Z behind `column` of air and `depth` of rain more than the middle's.
+// What is left of X, Y and Z behind `column` of air beyond the middle one and `depth` of rain.
 Tristimulus fallOff(sampler2D colours, Number texel, Column column, Number depth) {
     vec3 logarithm = vec3(0.0);
 #if COLUMN_DEGREE

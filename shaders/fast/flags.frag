@@ -6,9 +6,9 @@
 
 uniform sampler2D nodes;
 struct Tolerance {
-    Number first;                   // of the nodes' first channel, as a share of it
-    vec3 others;                    // absolute, or shares of the first one, too, where they are parts
-};                                  // of it
+    Number first;                   // of the nodes' first channel, as a share of its mean
+    vec3 others;                    // absolute; with PARTS as shares of the first channel's mean, too
+};
 uniform Tolerance tolerance;
 #if SEVERAL_RADII
 uniform sampler2D hats;             // groups side by side, as fast/sun/hats.frag puts them
@@ -26,6 +26,8 @@ void main() {
             n[4 * y + x] = texelFetch(nodes, corner + ivec2(x - 1, y - 1), 0);
         }
     }
+    // Bilinear interpolation is linear along x, then along y, so that both errors add: each from the
+    // worse of the block's two rows, or columns, of nodes.
     vec4 error = max(bend(n[4], n[5], n[6], n[7]), bend(n[8], n[9], n[10], n[11]))
         + max(bend(n[1], n[5], n[9], n[13]), bend(n[2], n[6], n[10], n[14]));
     float level = 0.25 * (n[5].x + n[6].x + n[9].x + n[10].x);

@@ -23,28 +23,49 @@ from rtbow.physics.drop.airy import PRIMARY_UNIT, SCALE_POWER, bows, unit_angle
 from rtbow.render.colours.basis import _RAIN_DEPTH, LightBasis
 
 RIGHT_ANGLE_CHORD = float(np.sqrt(2.0))
-"""Of the unit circle, at which chords are folded."""
+"""The chord of a right angle in the unit circle, at which chords are folded."""
 
 
+# Why a chord and not the angle. Between the unit vectors u towards the light and v along the ray
+# lies the chord |u - v| = 2 sin(theta/2), for which a pixel needs a subtraction and a root. The
+# angle itself takes an arc function, and from u · v no good one: the cosine is level at both poles,
+# so that rounding u · v to float32 leaves an error of 5e-4 rad there.
+#
+# Why it is folded. The chord grows by cos(theta/2) per angle, which falls to nothing at the
+# antisolar point. Beyond a right angle its mirror image takes its place: |u + v| = 2 cos(theta/2)
+# is the chord to the opposite direction, and 2 sqrt(2) - |u + v| grows with the angle by
+# sin(theta/2). Both are sqrt(2) at the right angle and grow by 1/sqrt(2) there, so that value and
+# slope are continuous. The slope is 1 at the poles and nowhere less than 1/sqrt(2): an even step of
+# the chord is one of the angle within a factor of sqrt(2), finest at the poles.
+#
+# What is left in float32. The rounding of u and v, 6e-8 each, and of the chord, 1.2e-7 beyond 2,
+# amount to 3.4e-7 rad at any angle (400,000 random pairs of vectors, each component rounded), a
+# five-hundredth of the finest table's texel.
 def folded_chord(theta: Array) -> Array:
-    """Give the table's coordinate of scattering angles, 0 to 2 sqrt(2): chords of the unit circle,
-    2 sin(theta/2) up to a right angle, mirrored beyond."""
+    """Give the table's coordinate of scattering angles, from 0 to 2 sqrt(2).
+
+    Args:
+        theta: scattering angles, rad, 0 for light that goes straight on; any shape.
+
+    Returns:
+        2 sin(theta/2) up to a right angle, 2 sqrt(2) - 2 cos(theta/2) beyond, the same shape.
+    """
     half = 0.5 * floats(theta)
     back = theta > 0.5 * np.pi
     return floats(np.where(back, 2.0 * (RIGHT_ANGLE_CHORD - np.cos(half)), 2.0 * np.sin(half)))
 
 
 def unfolded(chord: Array) -> Array:
-    """Give the angles of folded chords."""
-    at = floats(chord)
-    front = 2.0 * np.arcsin(np.clip(0.5 * at, 0.0, 1.0))
-    back = 2.0 * np.arccos(np.clip(RIGHT_ANGLE_CHORD - 0.5 * at, 0.0, 1.0))
-    return floats(np.where(at > RIGHT_ANGLE_CHORD, back, front))
+    """Give the scattering angles, rad, of folded chords, the same shape."""
+    chord = floats(chord)
+    front = 2.0 * np.arcsin(np.clip(0.5 * chord, 0.0, 1.0))
+    back = 2.0 * np.arccos(np.clip(RIGHT_ANGLE_CHORD - 0.5 * chord, 0.0, 1.0))
+    return floats(np.where(chord > RIGHT_ANGLE_CHORD, back, front))
 
 
 @dataclass(frozen=True)
 class ColourTable:
-    """Colours of one light's scattered light.
+    """The colours of one light as drops scatter it, over the scattering angle.
 
     Attributes:
         first: folded chord of the first column.
@@ -163,7 +184,7 @@ class BakedLight:
 
     @classmethod
     def of(cls, basis: LightBasis, chord: Array, outcomes: Array, shares: Array) -> BakedLight:
-        """Take over outcomes however they lie in memory, and each row's share of the light (R,)."""
+        """Make it from outcomes in any memory order and from each row's share of the light (R,)."""
         mean = np.einsum("bcrnx,r->bnx", outcomes, shares / outcomes.shape[1])
         return cls(basis, chord, np.ascontiguousarray(outcomes), floats(mean))
 
