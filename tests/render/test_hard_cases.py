@@ -470,7 +470,16 @@ def errors_of(frame: np.ndarray, exact: np.ndarray, percentile: float) -> np.nda
     return np.abs(frame.astype(np.float64) - exact).max(axis=2) / (level or 1.0)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+SLOW = {"in-face-grid-fog"}
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=case.name, marks=[pytest.mark.slow] * (case.name in SLOW))
+        for case in CASES
+    ],
+)
 def test_hard_case(gl_contexts, tmp_path, save_failure, case):
     scene = case.scene(tmp_path)
     columns = slice(None, None, case.every)

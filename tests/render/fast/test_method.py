@@ -354,8 +354,11 @@ def error_of(scene: Scene, exact: Array, sample: PixelSample) -> float:
     return found.delta_e.p99
 
 
+SLOW = {"sizes-inside", "per-point-fine", "per-point-air", "marshall-palmer"}
+
+
 def named(case: Case) -> Any:
-    return pytest.param(case, id=case.name)
+    return pytest.param(case, id=case.name, marks=[pytest.mark.slow] * (case.name in SLOW))
 
 
 @pytest.mark.parametrize("case", [named(case) for case in CASES])

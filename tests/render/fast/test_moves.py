@@ -248,6 +248,7 @@ def with_nodes(*lights: Mapping[str, Any]) -> Scene:
     return Scene.model_validate(values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("light", [SUN, LAMP])
 def test_another_size_keeps_tables_and_programs_and_draws_the_same(context, light):
     scene = with_nodes(light)
