@@ -1,7 +1,8 @@
-"""Measure what each approximation of method ``fast`` costs and brings, one at a time.
+"""Measure the time and the error of each approximation of method ``fast``, one at a time.
 
-A scene is drawn with the settings of its ``render.max_delta_e`` and with each number made coarser
-and finer; all against the same method with every number as fine as is sensible. Prints a table.
+A scene is drawn with the settings of its ``render.max_delta_e``, and with each number made coarser
+and finer. Errors are against the same method with every number as fine as is sensible. Prints a
+table.
 
     python tools/fast_error.py shower default figures/fig5d lamp-shower [--size 640x360]
 """

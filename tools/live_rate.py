@@ -2,11 +2,11 @@
 
     python tools/live_rate.py [SCENE] [--size 640x360] [--seconds 60]
 
-The panel is open. For half of the time the mouse drags the view to and fro through the X server,
-for the other half the sun goes up and down. Then values are changed that have tables built anew,
-scenes are opened and saved, one every two seconds, while the mouse moves: the longest stop of the
-window counts there. Needs Xvfb. A picture counts when a newly rendered frame of the scene has
-reached the screen.
+The panel is open. For half of the time the mouse drags the view to and fro through the X server;
+for the other half the sun goes up and down. Then, every two seconds while the mouse moves, a value
+is changed for which tables are built anew, or a scene is opened or saved; this part measures the
+longest time for which the window stops. Needs Xvfb. A picture counts when a newly rendered frame of
+the scene has reached the screen.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/viewer.md: the live window, worked by hands on a screen of its own.
+"""Draw the pictures of docs/viewer.md: the live window, operated on a screen of its own.
 
     python tools/make_viewer_pictures.py [-o docs/viewer]
 
@@ -55,7 +55,7 @@ def _settle(viewer: Viewer) -> None:
 
 
 def _point(viewer: Viewer, hands: Any, x: float, y: float, button: int = 0) -> None:
-    """Bring the mouse to shares of the picture, and press a button there."""
+    """Move the mouse to a place, in shares of the picture's size, and press a button there."""
     area = viewer.stage.view_units()
     assert area is not None
     hands.move(area[0] + x * area[2], area[1] + y * area[3])

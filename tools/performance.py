@@ -3,9 +3,9 @@
     python tools/performance.py FILE.json [MORE.json ...] [-o FILE.md] [--readme README.md]
 
 With ``--readme``, the table between the marks ``<!-- speed -->`` and ``<!-- /speed -->`` of that
-file is written, too. The targets and their scenes stand here; every number comes from the files.
-Plots go to a folder beside the document, with the document's name. Where two files have the same
-row, the later counts.
+file is written as well. The targets and their scenes are defined here; every measured number comes
+from the files. Plots go to a folder beside the document, with the document's name. Where two files
+have the same row, the later one counts.
 """
 
 from __future__ import annotations
@@ -225,8 +225,8 @@ def _skipped(rows: Sequence[BenchRow]) -> Iterator[str]:
 def row_for(target: Target, rows: Sequence[BenchRow]) -> BenchRow | None:
     """Choose the row of method ``fast`` that a target is about.
 
-    That of the scene's own tolerance, if it was measured; else the quickest that keeps the target's
-    error; else the one with the least error.
+    That of the scene's own tolerance, if it was measured; otherwise the quickest that stays within
+    the target's error; failing that, the one with the least error.
     """
     candidates = [
         row

@@ -2,10 +2,10 @@
 
     python tools/plot_mixture.py docs/charts/mixture.png
 
-Two errors, both of the primary bow's profile against `mixing = "local"`: of the mean over the grid
-points themselves, which falls as one over the root of their number; and of a rendered frame, where
-radii are interpolated between the points (the paper's rule), so that it ends at the difference
-that this makes.
+It plots two errors of the primary bow's profile against `mixing = "local"`: that of the mean over
+the grid points, which falls as one over the root of their number; and that of a rendered frame,
+where radii are interpolated between the points (the paper's rule), so that the error levels off at
+the difference that interpolation makes.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Tell whether two commits draw every built-in scene by every method alike, to the last bit.
+"""Check that two commits draw every built-in scene by every method alike, to the last bit.
 
     python tools/same_frames.py HEAD~10 HEAD
     python tools/same_frames.py v0.1 . --method fast --scene shower --scene default
 
-Each commit is checked out into a worktree of its own under --work, where its frames stay, so that a
-comparison that was interrupted goes on and one against another commit draws the new frames only.
-``.`` is the working tree as it stands; its frames are always drawn anew.
+Each commit is checked out into a worktree of its own under --work, where its frames are kept, so
+that an interrupted comparison resumes, and a comparison with another commit draws only the new
+frames. ``.`` is the working tree as it stands; its frames are always drawn anew.
 """
 
 from __future__ import annotations

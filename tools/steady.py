@@ -1,4 +1,4 @@
-"""Measure what a first frame costs, and whether many frames stay as quick and as small.
+"""Measure what a first frame costs, and whether time and memory stay constant over many frames.
 
     python tools/steady.py start [--runs 5]
     python tools/steady.py moving [SCENE] [--frames 2000] [--size 640x360]
