@@ -140,6 +140,13 @@ def _interruption(error: BaseException) -> BaseException | None:
     return inner
 
 
+def _stop(code: object) -> tuple[int, str]:
+    """Give exit code and message of a SystemExit, whose code may be a text."""
+    if code == 1:
+        return 128 + signal.SIGPIPE, ""
+    return (code or 0, "") if isinstance(code, int | None) else (1, str(code))
+
+
 def _usage(error: click.UsageError) -> str:
     verb = error.ctx.command_path if error.ctx else "rtbow"
     return f"{verb}: {error.format_message().rstrip('.')} (see {verb} --help)"
@@ -161,7 +168,7 @@ _INTERRUPTED = (130, "interrupted; nothing was left half written")  # 128 + SIGI
 _EXITS: dict[Any, Callable[[Any], tuple[int, str]]] = {
     _Terminated: lambda _: (_TERMINATED, "terminated; nothing was left half written"),
     # Raised by click: 1 where the reader of the output left, 0 in answer to the shell's Tab.
-    SystemExit: lambda error: (128 + signal.SIGPIPE if error.code == 1 else error.code, ""),
+    SystemExit: lambda error: _stop(error.code),
     # Since click 8.2 a missing verb is an error.
     getattr(click.exceptions, "NoArgsIsHelpError", None): lambda error: (0, error.format_message()),
     click.UsageError: lambda error: (InputError.exit_code, _usage(error)),

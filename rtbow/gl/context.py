@@ -113,6 +113,10 @@ class GlContext:
                     self._bind(bound)
                     _collect_garbage(self.ctx)
 
+    def collect(self) -> None:
+        """Free what nobody holds any more now, and not when :meth:`current` ends."""
+        _collect_garbage(self.ctx)
+
     def _bind(self, framebuffer: moderngl.Framebuffer) -> None:
         if not hasattr(framebuffer.mglo, "use"):  # released by hand meanwhile
             framebuffer = self._resting_framebuffer

@@ -156,18 +156,22 @@ class Renderer:
         if self._closed:
             raise RtbowError("this Renderer is closed; make another")
         worlds = self._moved_worlds(scene)
-        kept: dict[MethodName, list[Method]] = {}
         if self._context is not None:
             with self._translated(scene), self._context.current():
-                for name, methods in self._methods.items() if worlds else ():
-                    # A method that cannot draw the scene says so when it is asked for next.
-                    with suppress(UnsuitedError):
-                        if all(map(_move, methods, worlds)):
-                            kept[name] = methods
-                self._methods = kept  # what is dropped is freed as the context is left
-        self._worlds, self._methods, self.scene = worlds, kept, scene
-        if "auto" not in kept:
+                self._methods = self._moved_methods(worlds)  # the others go as the context is left
+        self._worlds, self.scene = worlds, scene
+        if "auto" not in self._methods:
             self.unsuited = ""
+
+    def _moved_methods(self, worlds: list[World]) -> dict[MethodName, list[Method]]:
+        """Give the methods that could follow to other worlds; none where there are none."""
+        kept: dict[MethodName, list[Method]] = {}
+        for name, methods in self._methods.items() if worlds else ():
+            # A method that cannot draw them is made anew when it is next asked for, and says why.
+            with suppress(UnsuitedError):
+                if all(map(_move, methods, worlds)):
+                    kept[name] = methods
+        return kept
 
     def _moved_worlds(self, scene: Scene) -> list[World]:
         """Give the worlds of a scene whose camera and lights moved; none if it differs in more."""
@@ -260,6 +264,7 @@ class Renderer:
                 if method == "fast":
                     raise
                 self.unsuited = str(error)
+            context.collect()  # before another method takes as much memory again
         from rtbow.render.spectral.method import SpectralMethod
 
         return [SpectralMethod(context, world, building) for world in worlds]

@@ -12,10 +12,11 @@ import json
 import os
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rtbow.base.cache import file_digest
+from rtbow.base.errors import InputError
 from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
 from rtbow.frames.display import EV_LIMIT
@@ -97,9 +98,13 @@ def open_records(paths: Iterable[str]) -> Iterator[dict[str, Record]]:
     records = {path: Record(path) for path in paths}
     try:
         yield records
-    finally:
+    except BaseException:
         for record in records.values():
-            record.write()
+            with suppress(InputError):  # what ended the run is what its user needs to hear
+                record.write()
+        raise
+    for record in records.values():
+        record.write()
 
 
 def content_digest(path: str) -> str:

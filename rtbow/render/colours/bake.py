@@ -81,7 +81,8 @@ def outcomes(
 
     key = repr(
         (
-            source_digest("physics", "tables", "render.colours"), file_digest(COMPACT_FILE),
+            source_digest("base.limits", "physics", "tables", "render.colours"),
+            file_digest(COMPACT_FILE),
             drops.scatterer, drops.radius_m.tobytes(),
             None if drops.mixture is None else
             (drops.mixture.radius_m.tobytes(), drops.mixture.share.tobytes()),

@@ -118,18 +118,25 @@ def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False
     if roaming and world.optics.has_air:
         column = Column(0.0, 2.0 * column.high)
     fringe = bow_width(world.volume.size_range_um[1] * 1e-6)
-    wide = lamp.radius_m / max(float(np.linalg.norm(lamp.position_m - world.view.eye_m)), 1e-3)
-    if len(plan.radii.rows) > 1 and wide > _WIDE_DISC * settings.share * fringe:
-        raise UnsuitedError(
-            f"light.diameter_m = {2.0 * lamp.radius_m:g}: method fast does not follow fringes"
-            " of drops of several radii under so large a lamp; use --method spectral, a smaller"
-            " diameter, or a larger render.max_delta_e"
-        )
+    _check_disc(plan, lamp, fringe)
+    check_loops(plan, 2)
     chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels)
     light = plan_light(plan, lamp.spectrum, column, chord)
     even = world.volume.uniform and world.rain is None
     block = 0 if even else block_for(world.view, settings.lamp_block)
     return LampPlan(plan, lamp, column, fringe, light, light.degree(column), block)
+
+
+def _check_disc(plan: Plan, lamp: Lamp, fringe_rad: float) -> None:
+    """Refuse a lamp whose disc, as the eye sees it, blurs fringes more than its nodes follow."""
+    eye_m = plan.world.view.eye_m
+    wide = lamp.radius_m / max(float(np.linalg.norm(lamp.position_m - eye_m)), 1e-3)
+    if len(plan.radii.rows) > 1 and wide > _WIDE_DISC * plan.settings.share * fringe_rad:
+        raise UnsuitedError(
+            f"light.diameter_m = {2.0 * lamp.radius_m:g}: method fast does not follow fringes"
+            " of drops of several radii under so large a lamp; use --method spectral, a smaller"
+            " diameter, or a larger render.max_delta_e"
+        )
 
 
 def _reach(plan: Plan, lamp: Lamp) -> Column:
@@ -186,10 +193,14 @@ class FastLamp:
 
         Returns:
             Whether that could be done; if not, nothing has changed.
+
+        Raises:
+            UnsuitedError: the method cannot draw it there; nothing has changed.
         """
         before, lamp = self.plan, plan.world.optics.lamps[self._number]
         if _reach(plan, lamp).high > before.column.high:
             return False
+        _check_disc(plan, lamp, before.fringe_rad)
         view = plan.world.view
         block = block_for(view, plan.settings.lamp_block) if before.block else 0
         if before.block and not block:
@@ -227,7 +238,6 @@ class FastLamp:
             if self._drops is not None:
                 program.bind("volume.moments", self._drops)
         bind_rain(self._gl, self.marching, lamp, self.plan.plan.world)
-        check_loops(self.plan.plan, 2)
 
     def _place(self) -> None:
         """Set all that depends on where camera and lamp are."""

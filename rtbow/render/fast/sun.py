@@ -121,13 +121,15 @@ def plan_sun(
     even = world.volume.uniform and world.rain is None and columns.cubic is not None
     block = 0 if even else block_for(world.view, plan.settings.block)
     rows = len(plan.radii.rows)
+    groups = min(-(-rows // 4), _GROUPS) if rows > 1 and block else 0
+    check_loops(plan, 1 + groups)
     return SunPlan(
         plan, sun, sunward, columns, light,
         sunlight_degree(light, columns.column, roaming=roaming),
         light.basis.grey(columns.column.middle),
         direct=_direct_samples(plan) if even else 0,
         block=block,
-        groups=min(-(-rows // 4), _GROUPS) if rows > 1 and block else 0,
+        groups=groups,
         roaming=roaming,
     )  # fmt: skip
 
@@ -206,7 +208,6 @@ class FastSun:
             for program in self.marching:
                 program.bind("air.table", column_texture)
         bind_rain(gl, self.marching, sun, plan.world)
-        check_loops(plan, 1 + self.plan.groups)
         self._place(*table)
 
     def _table(self) -> tuple[ColourTable, moderngl.Texture]:

@@ -86,7 +86,9 @@ def compact_table() -> MieTable:
         }
 
     kept = cached_arrays(
-        "mie-compact", f"{file_digest(COMPACT_FILE)} {source_digest('tables.mie')}", build
+        "mie-compact",
+        f"{file_digest(COMPACT_FILE)} {source_digest('physics.drop', 'tables.mie')}",
+        build,
     )
     axes = standard_axes(DEFAULT_SPREAD)
     return MieTable(axes, int(kept["first"]), kept["values"], kept["efficiency"])

@@ -114,10 +114,15 @@ class Autosave:
 
     def left(self) -> list[Path]:
         """Give the files that windows of before have left, the newest first."""
-        files = [path for path in self._folder.glob("*.toml") if not _owner_runs(path)]
-        files.sort(key=lambda path: path.stat().st_mtime_ns, reverse=True)
+        dated = []
+        for path in self._folder.glob("*.toml"):
+            with suppress(OSError):  # another window may take or remove it meanwhile
+                if not _owner_runs(path):
+                    dated.append((path.stat().st_mtime_ns, path))
+        files = [path for _, path in sorted(dated, reverse=True)]
         for path in files[_MOST_LEFT:]:
-            path.unlink(missing_ok=True)
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
         return files[:_MOST_LEFT]
 
     def holds(self, path: Path) -> bool:

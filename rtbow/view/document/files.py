@@ -85,6 +85,8 @@ class SceneFiles:
             return False
         if not self.open(name):  # it has gone: from the default scene all can be reached
             self.open(None)
+            origin_name = "the default scene" if name is None else name
+            self._state.notify(f"{origin_name} cannot be opened: these are changes to the default")
         if not self._autosave.claim(path, self._edits.opened, scene):
             self._state.notify(f"{path}: another window has opened it", "error")
             return False
