@@ -316,7 +316,7 @@ class TestCache:
         assert len(runs) == 2
         assert len(list(folder.iterdir())) == 2
         # All that computes the table's numbers.
-        assert {"airy", "disc", "table"} <= set(hashed)
+        assert {"physics.drop", "physics.light.disc", "tables.airy"} <= set(hashed)
 
 
 EXPORT = ((20.0, 300.0), (450.0, 550.0, 650.0), 1801, 0.533)

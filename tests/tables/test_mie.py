@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import rtbow.tables.mie.build as mie_build
+from rtbow.base import jobs
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.base.jobs import on_cluster
 from rtbow.physics.drop.mie import intensities
@@ -281,7 +282,7 @@ def test_processes_build_the_same_table_and_keep_it(cache, expected):
 def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
     every = mie_build.parts(SMALL, mie_build.node_range(SMALL, SMALL_RADII))
 
-    def stopped(todo, _workers):
+    def stopped(_work, todo, _workers):
         for part in todo[: len(todo) // 2]:
             yield part, mie_build.compute_part(part)
         raise KeyboardInterrupt
@@ -292,7 +293,7 @@ def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
     assert len(list(cache.glob("mie-part-*.npz"))) == len(every) // 2
     computed = []
 
-    def rest(todo, _workers):
+    def rest(_work, todo, _workers):
         for part in todo:
             computed.append(part)
             yield part, mie_build.compute_part(part)
@@ -363,9 +364,9 @@ def test_processes_end_with_a_killed_parent(cache):
 def test_processes_that_keep_dying_are_told(cache, monkeypatch):
     class Pool:
         def __init__(self, *_args, **_keys):
-            raise mie_build.BrokenProcessPool
+            raise jobs.BrokenProcessPool
 
-    monkeypatch.setattr(mie_build, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(jobs, "ProcessPoolExecutor", Pool)
     with pytest.raises(RtbowError, match="fewer --workers"):
         build_mie_table(SMALL, SMALL_RADII)
 

@@ -67,7 +67,7 @@ def test_bow_angle_and_side(reflections):
     # The bright side is towards the antisolar point for the primary, away from it for the other.
     assert got.side == (1.0 if reflections == 1 else -1.0)
     light = section(reflections, NM[2] * 1e-9, INDEX[2], 5e-4, got.angle_rad[2] + got.side * 0.005)
-    dark = section(reflections, NM[2] * 1e-9, INDEX[2], 5e-4, got.angle_rad[2] - got.side * 0.02)
+    dark = section(reflections, NM[2] * 1e-9, INDEX[2], 5e-4, got.angle_rad[2] - got.side * 0.04)
     assert light > 1e3 * dark
     assert got.pole_rad == (np.pi if reflections == 1 else 0.0)
 
