@@ -12,6 +12,8 @@ import pytest
 from checkout import ROOT
 from rtbow.frames.image import read_exr
 
+pytestmark = pytest.mark.slow
+
 
 def run(*command, **options):
     done = subprocess.run(

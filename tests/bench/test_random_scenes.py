@@ -16,6 +16,8 @@ from rtbow.reference.render import radiance_along
 from rtbow.world.camera import pixel_directions
 from rtbow.world.world import resolve
 
+pytestmark = pytest.mark.slow
+
 SIZE = [64, 36]
 
 

@@ -17,6 +17,8 @@ import rtbow.base.files
 import rtbow.cli.main
 from command_line import Result, contents, spawn
 
+pytestmark = pytest.mark.slow
+
 # Minutes of work in rows of a few milliseconds: a narrow strip of sky, full of drops.
 TALL = "--size 64x16384 --set camera.fov_deg=0.1 --set render.wavelength_step_nm=0.1"
 LONG = {

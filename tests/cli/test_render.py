@@ -80,6 +80,7 @@ def test_without_a_scene_the_default_one(call):
     np.testing.assert_array_equal(read_exr("a.exr")[0], read_exr("b.exr")[0])
 
 
+@pytest.mark.slow
 def test_the_seed_draws_other_drops(call):
     rain = ("--set", "droplets.radius={distribution='uniform', min_um=100, max_um=900}")
     grid = ("--set", "droplets.grid=[4, 4, 4]", "--size", "8x5", "-q")
@@ -164,6 +165,7 @@ def test_a_pipe_sees_no_progress(tmp_path, method):
     assert execute(*args, cwd=tmp_path) == Result(0, "x.exr\n", "")
 
 
+@pytest.mark.slow
 def test_strict_warnings_and_no_home(tmp_path):
     """Nothing warns, and the cache is a help but not a need."""
     env = {"PYTHONWARNINGS": "error", "HOME": "/nonexistent", "RTBOW_CACHE_DIR": "/proc/nowhere"}

@@ -9,11 +9,15 @@ import sys
 import textwrap
 from pathlib import Path
 
+import pytest
+
 import rtbow
 import rtbow.frames.image
 import rtbow.scene.text.file
 from rtbow.scene.text.file import load_scene
 from screen import PROCESSES, virtual_screen
+
+pytestmark = pytest.mark.slow
 
 SIZE = (320, 180)
 WINDOW = (SIZE[0] + 340, 600)

@@ -140,6 +140,7 @@ def test_a_thin_tail_of_large_drops_needs_no_table_of_its_own():
     assert np.isfinite(sections.mixed(sizes, np.array([2.42]), 0.00465)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theory", ["airy", "mie"])
 def test_draws_approach_the_mixture_as_one_over_the_root_of_their_number(rng, theory):
     """Mean cross-section of N points, each of one drawn size, against the whole distribution."""
@@ -183,6 +184,7 @@ def render(scene, method="spectral"):
         return renderer.render(method).astype(np.float64)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theory", ["airy", "mie"])
 def test_a_mixed_volume_is_the_sum_of_its_sizes(theory):
     """Without a grid, frames of single sizes add up: an even distribution from 50 to 90 µm."""

@@ -12,6 +12,8 @@ from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
 from rtbow.world.world import resolve
 
+pytestmark = pytest.mark.slow
+
 
 def test_linear_density_is_its_mean(tmp_path):
     pixel = Pixel(azimuth=1.0, altitude=26.0)  # leaves the box through its far or upper face

@@ -13,6 +13,8 @@ from rtbow.reference.render import spectral_radiance_along
 from rtbow.world.world import resolve
 from textbook import cross_section
 
+pytestmark = pytest.mark.slow
+
 GRID = Grid(np.array(BOX), moments=np.full((2, 3, 4, 2), 2.0), extinction=np.zeros((1, 1, 1, 2)))
 
 

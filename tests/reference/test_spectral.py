@@ -9,6 +9,8 @@ from rtbow.reference.render import radiance_along, spectral_radiance_along
 from rtbow.world.world import resolve
 from textbook import towards
 
+pytestmark = pytest.mark.slow
+
 
 def test_spectral_radiance_of_a_uniform_volume():
     pixel = Pixel()

@@ -15,6 +15,8 @@ from rtbow.scene.text.file import load_scene
 from rtbow.world.rain.volume import DropletVolume, save_volume
 from textbook import LUMINANCE, cross_section, mean_on_sphere, towards
 
+pytestmark = pytest.mark.slow
+
 EYE = (0.0, 0.0, 1.6)
 BOX = ((-1500.0, 200.0, 0.0), (1500.0, 1200.0, 1100.0))
 ROUND_THE_EYE = ((-1000.0, -1000.0, -1000.0), (1000.0, 1000.0, 1000.0))

@@ -26,6 +26,8 @@ from rtbow.world.rain.volume import DropletVolume, save_volume
 from rtbow.world.world import resolve
 from textbook import LUMINANCE
 
+pytestmark = pytest.mark.slow
+
 EYE = (0.0, 0.0, 1.6)
 BOX = ((-1500.0, 200.0, 0.0), (1500.0, 1200.0, 1100.0))
 ROUND_THE_EYE = ((-1000.0, -1000.0, -1000.0), (1000.0, 1000.0, 1000.0))

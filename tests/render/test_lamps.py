@@ -27,6 +27,8 @@ from rtbow.world.lights import lamps
 from rtbow.world.world import resolve
 from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(params=["osmesa", "egl"])
 def backend(request):

@@ -27,6 +27,8 @@ from rtbow.sequence.animation import Move, parse_move, plan_animation
 from rtbow.sequence.run import sequence_exposure_ev
 from rtbow.world.spectra import load_spectrum
 
+pytestmark = pytest.mark.slow
+
 RISE = ("--key", "light.0.altitude_deg=2:40")
 
 

@@ -82,6 +82,7 @@ def test_luminance_per_area_is_kept_between_radii():
     assert shown.max() == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["png", "svg"])
 def test_charts_are_written(tmp_path, kind):
     for name, args in {

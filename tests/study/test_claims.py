@@ -9,6 +9,8 @@ from rtbow.study import claims
 from rtbow.study.claims import CLAIMS, Frame
 from rtbow.study.figures import PREFIX, figure_names
 
+pytestmark = pytest.mark.slow
+
 # Narrower than the scenes' own views, so that few pixels show the bow's fringes.
 SIZE = [240, 135]
 CLOSE = {"camera.fov_deg": 50.0, "camera.altitude_deg": 22.0}

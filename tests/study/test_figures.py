@@ -9,6 +9,8 @@ import rtbow
 from rtbow.study import figures
 from rtbow.study.claims import CLAIMS
 
+pytestmark = pytest.mark.slow
+
 SIZE = (64, 36)
 ONLY = ["fig1", "fig5a"]
 

@@ -25,6 +25,8 @@ from rtbow.tables.mie.lookup import MieSections, standard_axes
 from rtbow.tables.mie.store import COMPACT_FILE, compact_table, pack, range_candidates, unpack
 from rtbow.tables.sections import water_sections
 
+pytestmark = pytest.mark.slow
+
 STANDARD = standard_axes(0.02)
 SMALL = MieAxes(0.1, 1.0, 2, INDEX_RANGE, 2.0, 2.0, 2.0, 8.0)
 """A table of few nodes, built in a moment."""

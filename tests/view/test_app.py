@@ -39,6 +39,8 @@ from rtbow.view.worker.pace import Order
 from rtbow.world.world import resolve
 from screen import ICONIC, NORMAL, SCREEN_PX, Hands
 
+pytestmark = pytest.mark.slow
+
 SIZE = (320, 180)
 WINDOW = (SIZE[0] + 340, 600)
 PATIENCE_S = 120.0

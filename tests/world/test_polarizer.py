@@ -73,6 +73,7 @@ def exact_components(theta_deg):
     return total
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["spectral", "reference"])
 def test_degree_of_polarisation_of_the_primary(method):
     """Perpendicular to the vertical scattering plane is horizontal: 0 degrees."""

@@ -35,6 +35,8 @@ from rtbow.world.camera import pixel_directions
 from rtbow.world.rain.volume import DropletVolume, save_volume
 from rtbow.world.world import resolve
 
+pytestmark = pytest.mark.slow
+
 Keys = Mapping[str, Any]
 
 BOX = ((-1500.0, 200.0, 0.0), (1500.0, 1200.0, 1100.0))

@@ -23,6 +23,8 @@ from rtbow.scene.model import Compare, Scene
 from rtbow.world.optics import scene_optics
 from rtbow.world.world import moved, resolve
 
+pytestmark = pytest.mark.slow
+
 SUN = {"type": "sun", "altitude_deg": 20.0, "azimuth_deg": 180.0, "spectrum": "FL2"}
 LAMP = {"type": "point", "position_m": [0.0, -2.0, 4.0], "luminous_flux_lm": 1e6}
 

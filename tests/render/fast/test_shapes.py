@@ -20,6 +20,8 @@ from rtbow.scene.model import Scene
 from rtbow.world.rain.volume import DropletVolume, save_volume
 from rtbow.world.world import resolve
 
+pytestmark = pytest.mark.slow
+
 BOX = [[-50.0, 10.0, 0.0], [50.0, 90.0, 60.0]]
 SUN = {"type": "sun", "altitude_deg": 20.0}
 LAMP = {"type": "point", "position_m": [0.0, -2.0, 4.0], "luminous_flux_lm": 1000.0}

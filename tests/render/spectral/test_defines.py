@@ -2,11 +2,15 @@
 
 from itertools import combinations, product
 
+import pytest
+
 from lamp_samples import make
 from rtbow.gl.context import open_context
 from rtbow.gl.glsl import compile_program
 from rtbow.render.spectral.layout import shader_defines
 from rtbow.world.world import resolve
+
+pytestmark = pytest.mark.slow
 
 SWITCHES = (
     "GRID", "ONE_RADIUS", "AIR", "DISC", "POLE", "WIDE", "EXTINCTION", "POLARIZER", "TABLE"

@@ -71,12 +71,14 @@ def test_an_empty_text_has_no_lines():
     assert Lines("").of(("camera",)) is None
 
 
+@pytest.mark.slow
 def test_each_key_of_a_long_text_is_found():
     text = "".join(f"[table{k}]\n# {k}\nkey = {k}\n" for k in range(300))
     lines = Lines(text)
     assert [lines.of((f"table{k}", "key")) for k in range(300)] == [3 * k + 3 for k in range(300)]
 
 
+@pytest.mark.slow
 def test_long_statements_take_no_long_time():
     """Lists over thousands of lines, and texts whose lines look like statements."""
     numbers = "\n".join("[1.0, 2.0]," for _ in range(20_000))

@@ -147,6 +147,7 @@ def test_circles(name, azimuth, altitude, fov):
     assert_same_curve(view, lines, vectors)
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(
     st.floats(-180, 180), st.floats(-90, 90), st.floats(20, 170),

@@ -32,6 +32,8 @@ from rtbow.view.document.messages import (
 from rtbow.view.worker.handle import Worker
 from rtbow.view.worker.server import Server
 
+pytestmark = pytest.mark.slow
+
 PATIENCE_S = 120.0
 
 

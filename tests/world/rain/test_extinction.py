@@ -173,6 +173,7 @@ def test_even_slab(method, depth):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["spectral", "reference"])
 def test_small_drops_dim_colours_by_their_own_efficiency(method, tmp_path):
     """Two narrow lines through 2 µm drops: Beer and Lambert with Q summed here."""
