@@ -654,7 +654,7 @@ def test_frames_that_are_being_saved_have_their_names_already(live, tmp_path, mo
 
 def test_pictures_go_on_while_a_frame_is_saved(live, tmp_path):
     viewer = live.viewer
-    viewer.change({"render.wavelength_step_nm": 1.0, "camera.size_px": [640, 360]})
+    viewer.change({"render.wavelength_step_nm": 1.0, "camera.size_px": [320, 180]})
     viewer.state.method = "reference"
     viewer.save_frame((str(tmp_path / "slow.exr"),))
     viewer.state.method = "auto"
