@@ -234,7 +234,10 @@ def _mean_airy(low: float, high: float, spread: float, running: Array, airy: Arr
     if highest < AIRY_LOW:
         return 0.0
     # Chords across the disc; fringes of the running integral are weak, so that nodes for the phase
-    # across the disc's inner part are plenty.
+    # across the disc's inner part are plenty. For a spread below 1 the mean is within 4e-6 of
+    # Ai²'s peak; under a disc of many fringes that of a thin piece is off by up to 1e-2 of the
+    # peak, to either side. With lamps of 0.1-1 m among drops of 300 µm the luminance is within
+    # 1.1e-2 of that with eight times as many chords at steps of 40 nm, 5e-8 in the median.
     phase = 2.0 * np.sqrt(max(highest, 1.0)) * spread
     count = 1 if spread == 0.0 else 10 + int(min(0.3 * phase + 4.0 * spread, 240.0))
     mean = 0.0

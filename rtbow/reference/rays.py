@@ -16,7 +16,11 @@ from rtbow.world.rain.volume_compiled import interpolate
 LEAST_NODES = 3
 """Nodes for a piece of a ray whose drops are of one size."""
 NODES_PER_LOG_RADIUS = 30.0
-"""Further nodes for a piece per unit of the logarithm of its largest over its smallest radius."""
+"""Further nodes for a piece per unit of the logarithm of its largest over its smallest radius.
+
+With drops of 81-162 µm drawn at each grid point luminance is within 4e-5 of that with four times as
+many under the sun, and 3e-4 under a point at infinity, at steps of 5 nm; at steps of 40 nm, over
+which fewer fringes average out, within 5e-3 and 5e-2."""
 _MOST_NODES = 96
 """Nodes for a piece at most."""
 _UNSEEN_DEPTH = 50.0

@@ -113,6 +113,8 @@ def _mean_section(
         disc: the lamp's angular radius, rad.
         share: share of the first component.
     """
+    # 24 chords across the disc average fringes out to within 2e-6 of their height where up to 9 of
+    # them lie across it; fringes so fine that more do may keep up to 0.65 of their height.
     count = 1 if disc == 0.0 else 24
     mean = 0.0
     for component in range(2):

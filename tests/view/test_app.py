@@ -643,6 +643,8 @@ def test_keys_save_under_names_that_are_free(live, tmp_path, monkeypatch):
 
 def test_frames_that_are_being_saved_have_their_names_already(live, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    live.viewer.change({"camera.size_px": [160, 90]})
+    live.viewer.state.method = "reference"  # takes seconds: the first is not there before the last
     live.tap("e", "Control_L")
     live.tap("e", "Control_L")
     live.viewer.save_frame(("uniform-01.exr", "uniform-01.png"))
