@@ -36,6 +36,7 @@ class GlProgram:
         self._program = compile_program(gl.ctx, "common/fullscreen.vert", fragment, defines)
         self._triangle = gl.ctx.vertex_array(self._program, [])
         self._textures: dict[str, Texture] = {}
+        self._placed = -1  # how many textures there were when the others got their units
         self._samplers = {
             name
             for name in self._program
@@ -87,11 +88,19 @@ class GlProgram:
         for unit, (name, texture) in enumerate(self._textures.items()):
             texture.use(unit)
             self.set(name, unit)
-        # A sampler that is passed on but never read counts as used: left at unit 0, it might share
-        # that with one of another type, and nothing would be drawn.
+        if self._placed != len(self._textures):
+            self._place_unread()
+
+    def _place_unread(self) -> None:
+        """Give samplers without a texture units of their own.
+
+        One that is passed on but never read counts as used: left at unit 0, it might share that
+        with one of another type, and nothing would be drawn.
+        """
         unread = sorted(self._samplers - self._textures.keys())
         for unit, name in enumerate(unread, len(self._textures)):
             self._program[name] = unit
+        self._placed = len(self._textures)
 
     def draw(self) -> None:
         """Draw over the bound framebuffer."""

@@ -20,7 +20,7 @@ from rtbow.base.arrays import Array, Indices, Progress, floats, no_progress
 from rtbow.physics.air.rayleigh import segment_column, sun_column
 from rtbow.physics.constants import EARTH_RADIUS_M
 from rtbow.physics.drop.airy import SCALE_POWER
-from rtbow.physics.geometry import box_span
+from rtbow.physics.geometry import angle_between, box_span
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.reference.lamp import Ball, integrate_lamp, lamp_pieces
@@ -183,12 +183,6 @@ def _attenuation(setup: _Setup, column: Array, depth: Array) -> Attenuation:
     return Attenuation(column, depth, setup.optics.air_depth, setup.rain_ratio)
 
 
-def _scattering_angles(direction: Array, rays: Array) -> Array:
-    # theta = 0 is forward: light travels along -direction and on towards the eye along -ray.
-    across = np.linalg.norm(direction - rays, axis=-1)
-    return floats(2.0 * np.arctan2(across, np.linalg.norm(direction + rays, axis=-1)))
-
-
 def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
     """Integrate pixels under the suns: (pixels, channels)."""
     optics = setup.optics
@@ -205,7 +199,8 @@ def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
             column = column + sun_column(points[:, 2], sun.altitude_rad)
         depth = eye_depth + _depth_to_light(setup, sun, grid, points)
         attenuation = _attenuation(setup, column, depth)
-        theta = _scattering_angles(sun.direction, rays.directions)
+        # 0 is forward: light travels along -direction and on towards the eye along -ray.
+        theta = angle_between(rays.directions, sun.direction)
         share = setup.world.view.perpendicular_share(sun.direction, rays.directions)
         gather = _airy_sun if setup.sections is None else _table_sun
         total += gather(setup, sun, samples, attenuation, theta, share, colour)

@@ -97,6 +97,7 @@ class World:
     rain: RainExtinction | None
     fineness: Fineness
     _scene: Scene = field(repr=False)
+    _still: dict[str, Any] = field(repr=False)
     _tables: dict[str, Sections] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -142,9 +143,7 @@ class World:
 
     def differs_in_places_alone(self, other: World) -> bool:
         """Whether two worlds differ in where camera and lights are and in the size alone."""
-        return self.volume is other.volume or _without_places(self._scene) == _without_places(
-            other._scene
-        )
+        return self._still is other._still or self._still == other._still
 
 
 def resolve(scene: Scene) -> World:
@@ -173,6 +172,7 @@ def resolve(scene: Scene) -> World:
         rain,
         Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
         scene,
+        _without_places(scene),
     )  # fmt: skip
 
 
@@ -186,7 +186,7 @@ def moved(world: World, scene: Scene) -> World | None:
     before = world._scene
     if scene == before:
         return world
-    if _without_places(scene) != _without_places(before):
+    if _without_places(scene) != world._still:
         return None
     optics = world.optics
     if scene.light != before.light:

@@ -29,7 +29,7 @@ Tristimulus lamplight(Camera camera, Direction ray, vec2 span, Volume volume, in
     Tristimulus sum = vec3(0.0);
 #if EXTINCTION
     Length reached = span.x;
-    RainDepth rain = rainDepth(0.0, 0.0);
+    Number toEye = 0.0;
     for (int i = 0; i < min(count, steps.y); ++i) {
 #else
     for (int i = steps.x; i < min(count, steps.y); ++i) {
@@ -46,12 +46,12 @@ Tristimulus lamplight(Camera camera, Direction ray, vec2 span, Volume volume, in
         Number rise = 0.0;
 #if EXTINCTION
         // Steps in angle may be long in distance: several samples on the way.
-        Number nearer = rain.toEye;
+        Number nearer = toEye;
         Length far = passing.foot + ends.y;
         for (int k = 0; k < LAMP_DEPTH_SAMPLES; ++k) {
             Length along = (float(k) + 0.5) / float(LAMP_DEPTH_SAMPLES);
             Position between = mix(reached, far, along) * ray;
-            rain.toEye += (far - reached) / float(LAMP_DEPTH_SAMPLES)
+            toEye += (far - reached) / float(LAMP_DEPTH_SAMPLES)
                 * dropletsAt(volume, between).extinction;
         }
         reached = far;
@@ -68,10 +68,11 @@ Tristimulus lamplight(Camera camera, Direction ray, vec2 span, Volume volume, in
             + segmentColumn(air.eyeHeight, ray.z, passing.foot + place);
 #endif
 #if EXTINCTION
-        rain.before = nearer + rainToLamp(volume, ray, passing.foot + ends.x, light, lamp);
-        rain.behind = rain.toEye + rainToLamp(volume, ray, far, light, lamp);
-        depth = min(rain.before, rain.behind);
-        rise = abs(rain.behind - rain.before);
+        RainDepth rain = rainOver(
+            vec2(nearer, rainToLamp(volume, ray, passing.foot + ends.x, light, lamp)),
+            vec2(toEye, rainToLamp(volume, ray, far, light, lamp)));
+        depth = leastDepth(rain);
+        rise = depthRise(rain);
 #endif
         ivec2 lit = litBows(theory, theta, disc);
         if (lit.x > lit.y) continue;

@@ -78,8 +78,8 @@ Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, Mar
             advance(rain[s], stepLength * drops.extinction,
                     rainToSun(volume, ray, distance + 0.5 * stepLength, s, suns[s]));
             if (drops.density <= 0.0) continue;
-            depth = min(rain[s].before, rain[s].behind);
-            rise = abs(rain[s].behind - rain[s].before);
+            depth = leastDepth(rain[s]);
+            rise = depthRise(rain[s]);
 #endif
 #if ONE_RADIUS
             sum += reach * attenuatedLight(spectral, s, sections[s], column, depth, rise);

@@ -43,22 +43,34 @@ struct RainDepth {
     Number behind;         // and by its end
 };
 
+// Over a step between two places, from the depths to the eye (x) and to the light (y) of each.
+RainDepth rainOver(vec2 start, vec2 end) {
+    return RainDepth(end.x, end.y, start.x + start.y, end.x + end.y);
+}
+
 // At the start of a march, or of a part of it that begins `toEye` deep.
 RainDepth rainDepth(Number toEye, Number toLight) {
-    return RainDepth(toEye, toLight, toEye + toLight, toEye + toLight);
+    return rainOver(vec2(toEye, toLight), vec2(toEye, toLight));
 }
 
 // Takes a step through `passed` of depth, to a place `toLight` deep.
 void advance(inout RainDepth rain, Number passed, Number toLight) {
-    rain.before = rain.toEye + rain.toLight;
-    rain.toEye += passed;
-    rain.toLight = toLight;
-    rain.behind = rain.toEye + rain.toLight;
+    rain = rainOver(vec2(rain.toEye, rain.toLight), vec2(rain.toEye + passed, toLight));
+}
+
+// The lesser depth of the step's ends.
+Number leastDepth(RainDepth rain) {
+    return min(rain.before, rain.behind);
+}
+
+// By how much its ends differ.
+Number depthRise(RainDepth rain) {
+    return abs(rain.behind - rain.before);
 }
 
 // What a step leaves of the light: the mean over it, its depth growing evenly.
 Number rainLeft(RainDepth rain) {
-    return exp(-min(rain.before, rain.behind)) * meanDecay(abs(rain.behind - rain.before));
+    return exp(-leastDepth(rain)) * meanDecay(depthRise(rain));
 }
 #endif
 

@@ -19,7 +19,6 @@ def _rgb(code: int, alpha: float = 1.0) -> ImVec4:
 TEXT = _rgb(0xE6E9EE)
 DIM = _rgb(0x929AA8)
 ACCENT = _rgb(0x6CB2F5)
-GOOD = _rgb(0x8FD19E)
 WARNING = _rgb(0xF2C14E)
 ERROR = _rgb(0xFF8A80)
 ERROR_FRAME = _rgb(0x5A2226)

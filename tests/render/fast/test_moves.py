@@ -194,6 +194,29 @@ def test_lights_go_back_where_one_cannot_be_drawn(context, monkeypatch):
         assert np.abs(fast.render() - before).max() > 0.0
 
 
+def test_an_eye_so_near_a_wide_lamp_that_no_table_follows_is_refused(context):
+    """As a scene that begins there is: what the method promises holds wherever the camera goes."""
+    values = make(LAMP | {"diameter_m": 8.0}).model_dump(exclude_none=True)
+    values["droplets"]["radius"] = {"distribution": "uniform", "min_um": 200.0, "max_um": 400.0}
+    values["light"][0]["position_m"] = [0.0, -2000.0, 4.0]
+    values["camera"]["position_m"] = [0.0, 0.0, 1.6]
+    values["render"]["max_delta_e"] = 0.5
+    scene = Scene.model_validate(values)
+    near = scene.model_copy(
+        update={"camera": scene.camera.model_copy(update={"position_m": (0.0, -1980.0, 1.6)})}
+    )
+    with context.current():
+        with pytest.raises(UnsuitedError, match="so large a lamp"):
+            FastMethod(context, resolve(near))
+        fast = FastMethod(context, resolve(scene))
+        before = fast.render()
+        fast.prepare_moves()
+        with pytest.raises(UnsuitedError, match="so large a lamp"):
+            follow(fast, near)
+        after = fast.render()
+    np.testing.assert_allclose(after, before, rtol=1e-2, atol=1e-3 * before.max())
+
+
 # --- Memory ------------------------------------------------------------------------------------
 
 
