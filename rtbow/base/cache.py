@@ -1,10 +1,16 @@
-"""Arrays that are slow to build, kept in the user's cache folder between runs."""
+"""Arrays that are slow to build, kept in the user's cache folder between runs.
+
+The folder also holds compiled code (:mod:`rtbow.base.compiled`), which is executed when it is read:
+:func:`others_may_write` says whether others could have put it there.
+"""
 
 import contextlib
+import functools
 import hashlib
 import io
 import os
 import re
+import stat
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -14,7 +20,13 @@ import numpy as np
 import platformdirs
 
 from rtbow.base.errors import InputError, RtbowError
-from rtbow.base.files import TEMPORARY_PREFIX, TEMPORARY_SUFFIX, write_atomic
+from rtbow.base.files import (
+    TEMPORARY_PREFIX,
+    TEMPORARY_SUFFIX,
+    open_regular,
+    remove_leftovers,
+    write_atomic,
+)
 from rtbow.base.resources import PACKAGE
 
 Arrays = dict[str, np.ndarray[Any, np.dtype[Any]]]
@@ -24,7 +36,7 @@ FOLDER_VARIABLE = "RTBOW_CACHE_DIR"
 _DIGEST = "sha256"
 # Only what this module wrote is counted and cleared: the variable may name a shared folder.
 _OWN_FILE = re.compile(
-    rf".+-[0-9a-f]{{16}}\.npz|{re.escape(TEMPORARY_PREFIX)}[0-9a-f]+{re.escape(TEMPORARY_SUFFIX)}"
+    rf".+-[0-9a-f]{{16}}\.(npz|nbc)|{re.escape(TEMPORARY_PREFIX)}[0-9a-f]+{re.escape(TEMPORARY_SUFFIX)}"
 )
 
 
@@ -84,7 +96,8 @@ def keep_arrays(name: str, key: str, arrays: Arrays) -> bool:
     if path is None:
         return False
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        # Compiled code lies there, too: others may not write, whatever the umask allows.
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         write_atomic(path, _packed(arrays, name, key))
     except (OSError, RtbowError, MemoryError):
         return False
@@ -114,7 +127,67 @@ def _path(name: str, key: str) -> Path | None:
     # Without a home folder the path starts with a literal "~", which nobody wants created.
     if not folder.is_absolute():
         return None
+    _tidy_once(folder)
     return folder / f"{name}-{hashlib.sha256(_encoded(key)).hexdigest()[:16]}.npz"
+
+
+@functools.cache
+def _tidy_once(folder: Path) -> None:
+    """Remove what killed processes left in the cache folder, once in a process."""
+    remove_leftovers(folder)
+
+
+def code_dir() -> Path:
+    """Return the folder within the cache folder under which compiled code lies."""
+    return cache_dir() / "numba"
+
+
+def others_may_write(folder: Path) -> str:
+    """Say why code from a folder of the cache must not be trusted; empty if it may be.
+
+    The folder itself and those up to the cache folder must belong to this user, or to the
+    superuser, and group and others may not write there; a cache folder with the sticky bit, such
+    as ``/tmp``, will do, since nobody else can replace what lies in it. Of the folders above it
+    none may be open to all without that bit. Systems without such rights are trusted.
+
+    Args:
+        folder: the cache folder, or one within it. Those that do not exist are passed over.
+
+    Returns:
+        The reason and the remedy, to follow a colon.
+    """
+    if not hasattr(os, "getuid"):
+        return ""
+    root, last = Path(os.path.realpath(cache_dir())), Path(os.path.realpath(folder))
+    for place in (last, *last.parents):
+        try:
+            status = place.stat()
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            return f"{place} cannot be examined ({error.strerror})"
+        own = place == root or root in place.parents
+        reason = _distrust(status, own=own, code=place not in (root, *root.parents))
+        if reason:
+            return f"{place} {reason}"
+    return ""
+
+
+def _distrust(status: os.stat_result, *, own: bool, code: bool) -> str:
+    """Say what is wrong with a folder's owner or rights.
+
+    Args:
+        status: the folder's.
+        own: it is the cache folder or within it.
+        code: it is within it.
+    """
+    mode = status.st_mode
+    if own and status.st_uid not in (os.getuid(), 0):
+        return f"belongs to another user (number {status.st_uid})"
+    sticky = bool(mode & stat.S_ISVTX) and not code
+    if mode & (stat.S_IWGRP | stat.S_IWOTH if own else stat.S_IWOTH) and not sticky:
+        return f"can be written by others (mode {stat.S_IMODE(mode):04o})"
+    return ""
 
 
 def source_digest(*names: str) -> str:
@@ -164,11 +237,17 @@ def clear_cache() -> None:
 
 
 def _own_files() -> Iterator[Path]:
+    for folder in (cache_dir(), *_folders(code_dir())):
+        with contextlib.suppress(OSError):
+            files = sorted(folder.iterdir())
+            yield from (file for file in files if _OWN_FILE.fullmatch(file.name) and file.is_file())
+
+
+def _folders(parent: Path) -> list[Path]:
     try:
-        files = sorted(cache_dir().iterdir())
+        return sorted(path for path in parent.iterdir() if path.is_dir() and not path.is_symlink())
     except OSError:
-        return
-    yield from (file for file in files if _OWN_FILE.fullmatch(file.name) and file.is_file())
+        return []
 
 
 def _encoded(text: str) -> bytes:
@@ -203,7 +282,7 @@ def _load(path: Path, name: str, key: str) -> Arrays | None:
     """Return the arrays of a file, or None where it is missing, damaged or of another key."""
     try:
         # Opened here, since np.load leaves a file open that turns out to be damaged.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        with open_regular(path) as file, np.load(file, allow_pickle=False) as archive:
             arrays = {item: np.asarray(archive[item]) for item in archive.files}
         digest = str(arrays.pop(_DIGEST))
         return arrays if digest == _digest(arrays, name, key) else None

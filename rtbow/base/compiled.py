@@ -1,50 +1,44 @@
-"""Numba with its compiled code kept in rtbow's own cache folder, or nowhere."""
+"""Numba, with its compiled code kept in rtbow's own cache folder.
+
+Numba's own cache ends the run where a file of it is damaged or its disk is full, and it trusts
+whoever can write there, though reading compiled code executes it. This one costs time only: a file
+counts if its digest is right, and any other one is compiled anew and replaced.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import hashlib
+import multiprocessing
 import os
+import pickle
+import platform
+import shutil
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from rtbow.base.cache import cache_dir
+import numba
+from numba import njit, prange
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+
+from rtbow.base.cache import FOLDER_VARIABLE, code_dir, others_may_write
+from rtbow.base.errors import RtbowError, notice
+from rtbow.base.files import open_regular, remove_leftovers, write_atomic
 from rtbow.base.resources import PACKAGE
+
+__all__ = ["compiled", "prange"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-
-def _writable(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return False
-    return os.access(folder, os.W_OK | os.X_OK)
-
-
-def _kernels_digest() -> str:
-    """Hash of all modules with compiled code.
-
-    Numba looks at a function's own file alone, and would go on with what it compiled in from
-    another file before that one changed.
-    """
-    mark = b"rtbow.base.compiled import"
-    texts = [path.read_bytes() for path in sorted(PACKAGE.rglob("*.py"))]
-    return hashlib.sha256(b"\0".join(t for t in texts if mark in t)).hexdigest()[:16]
-
-
-# Numba reads the folder when it is imported, and fails at the first function that it cannot
-# cache beside the source, as in a read-only installation without a home.
-_FOLDER = cache_dir() / "numba" / _kernels_digest()
-_KEEP = _writable(_FOLDER)
-if _KEEP:
-    os.environ.setdefault("NUMBA_CACHE_DIR", str(_FOLDER))
-
-
-# After the folder is set.
-from numba import njit, prange  # noqa: E402
-
-__all__ = ["compiled", "prange"]
+_MOST_VERSIONS = 4
+"""Versions of the source whose compiled code is kept; that of older ones is removed."""
+_MOST_BYTES = 64 << 20
+"""The largest function takes a hundredth of it."""
 
 
 def compiled(*, parallel: bool = False, contract: bool = False) -> Callable[[Function], Function]:
@@ -55,7 +49,143 @@ def compiled(*, parallel: bool = False, contract: bool = False) -> Callable[[Fun
         contract: let a product and a sum become one instruction, rounded once.
     """
     loose = {"contract"} if contract else False
-    return cast(
-        Callable[[Function], Function],
-        njit(cache=_KEEP, parallel=parallel, fastmath=loose, nogil=True),
-    )
+    compile_later = njit(parallel=parallel, fastmath=loose, nogil=True)
+
+    def decorate(function: Function) -> Function:
+        dispatcher = compile_later(function)
+        if hasattr(dispatcher, "_cache"):  # not under NUMBA_DISABLE_JIT
+            dispatcher._cache = _KeptCode(function)
+        return cast(Function, dispatcher)
+
+    return decorate
+
+
+class _KeptCode(_Cache):  # type: ignore[misc]  # Numba has no types
+    """The compiled code of one function, a file for each signature.
+
+    The files' names hold all that the code depends on, so that there is no index which two
+    processes could spoil.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._name = function.__name__
+        self._place = (function.__module__, function.__qualname__)
+        self._enabled = True
+
+    @property
+    def cache_path(self) -> str | None:
+        folder = _folder()
+        return str(folder) if folder else None
+
+    def enable(self) -> None:
+        self._enabled = True
+
+    def disable(self) -> None:
+        self._enabled = False
+
+    def flush(self) -> None:
+        """Forget nothing: a changed source has a folder of its own."""
+
+    def load_overload(self, sig: object, target_context: Any) -> Any:
+        """Return the code for a signature, or None where none is kept that can be trusted."""
+        target_context.refresh()
+        path = self._path(sig, target_context.codegen())
+        if path is None:
+            return None
+        try:
+            payload = _verified(path)
+            return CompileResult._rebuild(target_context, *pickle.loads(payload))
+        except FileNotFoundError:
+            return None
+        except Exception:
+            # A pickle fails in any way that its classes do; each means "compile it".
+            with contextlib.suppress(OSError):
+                path.unlink()
+            return None
+
+    def save_overload(self, sig: object, data: Any) -> None:
+        """Keep the code for a signature, where the cache folder can be used."""
+        if any(not lifted.can_cache for lifted in data.lifted) or data.library.has_dynamic_globals:
+            return
+        path = self._path(sig, data.codegen)
+        if path is None:
+            return
+        payload = dumps(data._reduce())
+        with contextlib.suppress(OSError, RtbowError, MemoryError):
+            # Others may not write, whatever the umask allows.
+            path.parent.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            path.parent.mkdir(exist_ok=True, mode=0o700)
+            _forget_old_versions(path.parent)
+            if _trusted(path.parent):
+                write_atomic(path, _sealed(path.name, payload), mode=0o600)
+
+    def _path(self, sig: object, codegen: Any) -> Path | None:
+        folder = _folder() if self._enabled else None
+        if folder is None:
+            return None
+        key = (self._place, sig, codegen.magic_tuple(), numba.__version__,
+               platform.python_version())  # fmt: skip
+        return folder / f"{self._name}-{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+
+
+def _sealed(name: str, payload: bytes) -> bytes:
+    """Give the content of a file: a digest of its name and of what follows."""
+    return hashlib.sha256(name.encode() + b"\0" + payload).digest() + payload
+
+
+def _verified(path: Path) -> bytes:
+    """Read what was sealed under a name.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: damaged, foreign, or within reach of others.
+    """
+    with open_regular(path) as file:
+        status = os.fstat(file.fileno())
+        if hasattr(os, "getuid") and status.st_uid not in (os.getuid(), 0):
+            raise ValueError("belongs to another user")
+        if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and os.name == "posix":
+            raise ValueError("can be written by others")
+        data = file.read(_MOST_BYTES)
+    payload = data[hashlib.sha256().digest_size :]
+    if _sealed(path.name, payload) != data:
+        raise ValueError("damaged")
+    return payload
+
+
+@functools.cache
+def _folder() -> Path | None:
+    """Return the folder of this version's compiled code, or None where there is none to use."""
+    folder = code_dir() / _kernels_digest()
+    # Without a home folder the path starts with a literal "~", which nobody wants created.
+    if not folder.is_absolute() or not _trusted(folder):
+        return None
+    remove_leftovers(folder)
+    return folder
+
+
+def _trusted(folder: Path) -> bool:
+    reason = others_may_write(folder)
+    # A build's workers have nothing to add to what their parent said.
+    if reason and multiprocessing.parent_process() is None:
+        notice(
+            f"compiled code is not kept: {reason}; nobody else may write there (chmod go-w), or"
+            f" set {FOLDER_VARIABLE} to a folder of your own"
+        )
+    return not reason
+
+
+def _forget_old_versions(newest: Path) -> None:
+    """Remove the compiled code of all but the last few versions of the source."""
+    versions = [path for path in newest.parent.iterdir() if path.is_dir() and path != newest]
+    versions.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+    for version in versions[_MOST_VERSIONS - 1 :]:
+        shutil.rmtree(version, ignore_errors=True)
+
+
+@functools.cache
+def _kernels_digest() -> str:
+    """Hash of all modules with compiled code, which holds that of the functions it calls."""
+    mark = b"rtbow.base.compiled import"
+    texts = [path.read_bytes() for path in sorted(PACKAGE.rglob("*.py"))]
+    return hashlib.sha256(b"\0".join(t for t in texts if mark in t)).hexdigest()[:16]

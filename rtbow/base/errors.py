@@ -1,4 +1,11 @@
-"""What rtbow raises: every error a caller can meet is a subclass of :class:`RtbowError`."""
+"""What rtbow raises: every error a caller can meet is a subclass of :class:`RtbowError`.
+
+Also what it says where nothing is wrong enough for an error, and how messages quote what others
+wrote.
+"""
+
+import functools
+import logging
 
 CHECK_PATH = (
     "check the path: in a scene file it starts at that file's folder, elsewhere at the current one"
@@ -26,3 +33,23 @@ class UnavailableError(RtbowError):
 
 class UnsuitedError(InputError):
     """A scene that a method cannot draw within the error asked for, while another one can."""
+
+
+_MOST_QUOTED = 40
+
+
+def cut(text: str) -> str:
+    """Return the beginning of a text that others wrote, short enough for a message: 40 characters.
+
+    Every message that quotes a value, a key or a line of a file passes it through here.
+    """
+    return text if len(text) <= _MOST_QUOTED else f"{text[: _MOST_QUOTED - 1]}…"
+
+
+@functools.cache
+def notice(text: str) -> None:
+    """Say something that is no error, once in a process.
+
+    It goes to the logger ``rtbow``; without a handler, Python writes it to stderr.
+    """
+    logging.getLogger("rtbow").warning("rtbow: %s", text)

@@ -1,4 +1,4 @@
-"""Output files that are written whole or not at all."""
+"""Output files that are written whole or not at all, and input files that are no pipe or device."""
 
 import contextlib
 import errno
@@ -7,10 +7,19 @@ import secrets
 import shlex
 import stat
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 from rtbow.base.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+_A_DAY_S = 86_400.0
 
 PathLike = str | os.PathLike[str]
 
@@ -32,17 +41,90 @@ _REMEDIES = {
 }
 
 
-def write_atomic(path: PathLike, data: bytes) -> None:
+def open_regular(path: PathLike) -> BinaryIO:
+    """Open an input file, and nothing that could keep a reader waiting or never ends.
+
+    Raises:
+        OSError: it cannot be opened, or is a pipe or a device.
+    """
+    try:
+        # Without waiting: a named pipe that nobody writes to would hold the run up for ever.
+        file = open(path, "rb", opener=_open_at_once)
+    except ValueError as error:
+        raise OSError(errno.EINVAL, f"not a file name ({error})") from error
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise OSError(errno.EINVAL, "is a pipe or a device; must be a file")
+    return file
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def read_limited(path: PathLike, most: int) -> bytes:
+    """Read an input file, unless it is larger than anything of its kind.
+
+    Args:
+        path: the file.
+        most: bytes that are accepted; no more are read.
+
+    Raises:
+        OSError: it cannot be read, or is larger.
+    """
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        # Read even so: the size of a file that grows, or of one in /proc, says nothing.
+        data = b"" if size > most else file.read(most + 1)
+        if size > most or len(data) > most:
+            size = max(size, len(data))
+            raise OSError(errno.EFBIG, f"has {size:,} bytes; must have up to {most:,}")
+    return data
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove the temporary files that killed processes left in a folder of this program's own.
+
+    Those that a running process writes are locked and stay. Where the system has no such locks,
+    files of the last day stay.
+    """
+    with contextlib.suppress(OSError):
+        for file in folder.glob(f"{TEMPORARY_PREFIX}*{TEMPORARY_SUFFIX}"):
+            with contextlib.suppress(OSError):
+                if _abandoned(file):
+                    file.unlink()
+
+
+def _abandoned(temporary: Path) -> bool:
+    if fcntl is None:
+        return time.time() - temporary.stat().st_mtime > _A_DAY_S
+    with open_regular(temporary) as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+    return True
+
+
+def _lock(descriptor: int) -> None:
+    """Mark a temporary file as one whose writer lives, until the file is closed."""
+    if fcntl is not None:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def write_atomic(path: PathLike, data: bytes, mode: int = 0o666) -> None:
     """Write a file whole or not at all: what stood there before stays until the last byte is safe.
 
     The bytes go to a temporary file beside the target (beside what a symbolic link points to),
-    which then takes its place. A new file gets the permissions of the umask, an existing one
-    keeps its own. A device, a pipe or the process's own output cannot be replaced and is
+    which then takes its place. A new file gets the permissions that the umask leaves, an existing
+    one keeps its own. A device, a pipe or the process's own output cannot be replaced and is
     written to directly.
 
     Args:
         path: Where the file is to be.
         data: The whole content.
+        mode: Permissions of a new file, of which the umask takes some away.
 
     Raises:
         InputError: The file cannot be written there; says why and what to do.
@@ -55,7 +137,8 @@ def write_atomic(path: PathLike, data: bytes) -> None:
         target, previous = _regular_target(path)
         temporary = _temporary_beside(target)
         try:
-            descriptor = _create(temporary)
+            descriptor = _create(temporary, mode)
+            _lock(descriptor)
             if previous is not None:
                 _take_over_permissions(temporary, previous)
             _write_and_close(descriptor, data, sync=True)
@@ -262,10 +345,9 @@ def _temporary_name() -> str:
     return f"{TEMPORARY_PREFIX}{secrets.token_hex(8)}{TEMPORARY_SUFFIX}"
 
 
-def _create(temporary: Path) -> int:
-    # 0o666: the system takes the umask and the folder's default rights off by itself.
+def _create(temporary: Path, mode: int = 0o666) -> int:
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    return os.open(temporary, flags, 0o666)
+    return os.open(temporary, flags, mode)
 
 
 def _take_over_permissions(temporary: Path, previous: os.stat_result) -> None:

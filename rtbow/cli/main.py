@@ -163,6 +163,13 @@ def _full_output(error: OSError) -> tuple[int, str]:
     )
 
 
+def _aborted(error: click.Abort) -> tuple[int, str]:
+    """Tell Ctrl-C from the end of a file, which click takes for Ctrl-D at a prompt."""
+    if isinstance(error.__cause__, EOFError):
+        raise error.__cause__  # there are no prompts: a defect
+    return _INTERRUPTED
+
+
 _INTERRUPTED = (130, "interrupted; nothing was left half written")  # 128 + SIGINT, as shells do
 
 _EXITS: dict[Any, Callable[[Any], tuple[int, str]]] = {
@@ -173,7 +180,7 @@ _EXITS: dict[Any, Callable[[Any], tuple[int, str]]] = {
     getattr(click.exceptions, "NoArgsIsHelpError", None): lambda error: (0, error.format_message()),
     click.UsageError: lambda error: (InputError.exit_code, _usage(error)),
     click.ClickException: lambda error: (InputError.exit_code, f"rtbow: {error.format_message()}"),
-    click.Abort: lambda _: _INTERRUPTED,
+    click.Abort: lambda error: _aborted(error),
     KeyboardInterrupt: lambda _: _INTERRUPTED,
     RtbowError: lambda error: (error.exit_code, f"rtbow: {error}"),
     MemoryError: lambda _: (

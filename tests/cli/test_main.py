@@ -166,3 +166,13 @@ def test_other_errors_are_defects(monkeypatch, error):
     monkeypatch.setattr(rtbow.cli.main.rtbow, "main", call)
     with pytest.raises(type(error)):
         rtbow.cli.main.main()
+
+
+def test_the_end_of_a_file_is_a_defect_and_no_interruption(monkeypatch):
+    def work(**_):
+        raise EOFError("Ran out of input")
+
+    monkeypatch.setattr(VERBS[("scenes",)], "callback", work)
+    monkeypatch.setattr("sys.argv", ["rtbow", "scenes"])
+    with pytest.raises(EOFError, match="Ran out"):
+        rtbow.cli.main.main()
