@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
-import zipfile
-import zlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,23 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array
-from rtbow.base.errors import CHECK_PATH, InputError
+from rtbow.base.errors import InputError
 from rtbow.base.files import write_atomic
-from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.physics.sizes import Sizes
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import place_of
 from rtbow.world.rain.drops import distribution, draw_drops
+from rtbow.world.rain.volume_file import Field, read_volume_file
 
-Field = NDArray[np.float32]
-
-MAX_GRID = 1024
-"""Most grid points along an axis."""
 _SOME_UM = 10.0
 """The radius that stands for those of an empty volume."""
-_MAX_COORDINATE_M = 1e7
-"""A box lies within this distance of the origin along each axis, as in a scene's ``box_m``."""
 
 
 @dataclass(frozen=True)
@@ -168,98 +159,11 @@ def save_volume(volume: DropletVolume, path: Path) -> None:
     write_atomic(path, buffer.getvalue())
 
 
-_EXPECTED = (
-    "expected an .npz with radius_um and number_per_m3 of one shape (nx, ny, nz), 2 to"
-    f" {MAX_GRID} points along each axis, and box_m (2, 3); tools/build_droplets.py makes one"
-)
-
-# What zip and npy readers raise over damaged bytes.
-_UNREADABLE = (
-    OSError, ValueError, EOFError, KeyError, RuntimeError, MemoryError, zipfile.BadZipFile,
-    zlib.error,
-)  # fmt: skip
-
-
-def _check_size(path: Path) -> None:
-    """Refuse arrays that are too large, by their headers, before any of them is unpacked."""
-    if not zipfile.is_zipfile(path):
-        return  # load_volume says what it is instead
-    with zipfile.ZipFile(path) as archive:
-        for name in ("radius_um.npy", "number_per_m3.npy", "box_m.npy"):
-            if name not in archive.namelist():
-                continue
-            with archive.open(name) as file:
-                version = np.lib.format.read_magic(file)
-                read = {
-                    (1, 0): np.lib.format.read_array_header_1_0,
-                    (2, 0): np.lib.format.read_array_header_2_0,
-                }.get(version)
-                shape = read(file)[0] if read else ()
-            if math.prod(shape) > MAX_GRID_POINTS:
-                raise InputError(
-                    f"{path}: {name.removesuffix('.npy')} has {math.prod(shape):,} points; must"
-                    f" have up to {MAX_GRID_POINTS:,}; use a coarser volume"
-                )
-
-
 def load_volume(path: Path) -> DropletVolume:
-    """Read and check a volume file.
+    """Read and check a volume file (see :mod:`rtbow.world.rain.volume_file`).
 
     Raises:
         InputError: not there, not an ``.npz``, arrays missing, of unequal shape, out of range.
+        UnavailableError: not enough memory.
     """
-    try:
-        # Opened here, since np.load leaves a file open that turns out to be damaged.
-        with path.open("rb") as file:
-            # Of anything else than zip and npy, np.load says that it is a pickle.
-            if not file.read(6).startswith((b"PK", b"\x93NUMPY")):
-                raise InputError(f"{path}: is not an .npz file; {_EXPECTED}")
-            _check_size(path)
-            file.seek(0)
-            data = np.load(file, allow_pickle=False)
-            if not isinstance(data, np.lib.npyio.NpzFile):
-                raise InputError(f"{path}: is a single array; {_EXPECTED}")
-            wanted = ("radius_um", "number_per_m3", "box_m")
-            missing = [name for name in wanted if name not in data.files]
-            if missing:
-                raise InputError(f"{path}: lacks {', '.join(missing)}; {_EXPECTED}")
-            radius, number, box = (data[name] for name in wanted)
-    except FileNotFoundError:
-        raise InputError(f"{path}: volume file not found; {CHECK_PATH}; {_EXPECTED}") from None
-    except _UNREADABLE as error:
-        raise InputError(f"{path}: not a readable volume ({error}); {_EXPECTED}") from None
-
-    for name, array in (("radius_um", radius), ("number_per_m3", number), ("box_m", box)):
-        if array.dtype.kind not in "fiu":
-            raise InputError(f"{path}: {name} holds {array.dtype}, not numbers; {_EXPECTED}")
-    if radius.ndim != 3 or radius.shape != number.shape:
-        raise InputError(
-            f"{path}: radius_um {radius.shape} and number_per_m3 {number.shape}; {_EXPECTED}"
-        )
-    if not all(2 <= n <= MAX_GRID for n in radius.shape):
-        raise InputError(f"{path}: grid of {radius.shape} points; {_EXPECTED}")
-    if box.shape != (2, 3):
-        raise InputError(f"{path}: box_m has shape {box.shape}; {_EXPECTED}")
-    # NaN fails each comparison.
-    if not np.all(np.abs(box) <= _MAX_COORDINATE_M) or not np.all(box[1] > box[0]):
-        raise InputError(
-            f"{path}: box_m = {box.tolist()}; must be two finite corners within"
-            f" ±{_MAX_COORDINATE_M:g} m, the second greater along east, north and up"
-        )
-    with np.errstate(over="ignore"):  # refused below
-        radius = radius.astype(np.float32)
-        number = number.astype(np.float32)
-    if not np.all((number >= 0.0) & (number <= MAX_DENSITY_PER_M3)):
-        raise InputError(
-            f"{path}: number_per_m3 has values that are negative, not finite or beyond"
-            f" {MAX_DENSITY_PER_M3:g}; must be 0..{MAX_DENSITY_PER_M3:g}"
-        )
-    # Where there are no drops their radius means nothing, but a NaN would still spread.
-    filled = number > 0.0
-    outside = (radius < MIN_RADIUS_UM) | (radius > MAX_RADIUS_UM)
-    if not np.all(np.isfinite(radius)) or np.any(outside & filled):
-        raise InputError(
-            f"{path}: radius_um must be finite, and within {MIN_RADIUS_UM:g}-{MAX_RADIUS_UM:g} µm"
-            " wherever number_per_m3 > 0"
-        )
-    return DropletVolume(box.astype(np.float64), radius, number)
+    return DropletVolume(*read_volume_file(path))

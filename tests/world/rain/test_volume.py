@@ -205,10 +205,47 @@ class TestFile:
         changed[1, 1, 1] = value
         self.refused(write(**arrays(**{name: changed})), said)
 
-    def test_nan_of_an_empty_point_is_refused(self, write):
+    @pytest.mark.parametrize("filler", [np.nan, -9999.0, np.inf, -np.inf, 0.0, 1e30])
+    def test_radius_of_an_empty_point_may_be_anything(self, write, filler, caplog):
         number, radius = arrays()["number_per_m3"], arrays()["radius_um"]
-        number[0, 0, 0], radius[0, 0, 0] = 0.0, np.nan
-        self.refused(write(**arrays(number_per_m3=number, radius_um=radius)), "finite")
+        number[0, 0, 0], radius[0, 0, 0] = 0.0, filler
+        volume = load_volume(write(**arrays(number_per_m3=number, radius_um=radius)))
+        assert np.all(np.isfinite(volume.moments()))
+        assert volume.radius_um[0, 0, 0] == volume.number_per_m3[0, 0, 0] == 0.0
+        np.testing.assert_array_equal(volume.radius_um[1:], radius[1:])
+        assert not caplog.messages
+
+    def test_sound_traces_stay_and_odd_ones_are_none(self, write, caplog):
+        number, radius = arrays()["number_per_m3"], arrays()["radius_um"]
+        number[0, 0, 0], radius[1, 1, 1] = 1000.0, 500.0
+        number[1, 1, 1] = 5e-4  # a trace with a radius that drops have
+        number[2, 1, 1], radius[2, 1, 1] = 5e-4, np.nan
+        number[3, 2, 1] = -5e-4
+        path = write(**arrays(number_per_m3=number, radius_um=radius))
+        for _ in range(2):
+            volume = load_volume(path)
+        expected = number.copy()
+        expected[2, 1, 1] = expected[3, 2, 1] = 0.0
+        np.testing.assert_array_equal(volume.number_per_m3, expected)
+        (line,) = caplog.messages
+        assert line.startswith(f"rtbow: {path}: 2 points")
+
+    @pytest.mark.parametrize("factor", [-2e-6, 2e-6])
+    def test_what_is_more_than_a_trace_is_refused(self, write, factor):
+        number, radius = arrays()["number_per_m3"], arrays()["radius_um"]
+        number[0, 0, 0] = 1000.0
+        number[2, 0, 1], radius[2, 0, 1] = 1000.0 * factor, np.nan
+        self.refused(write(**arrays(number_per_m3=number, radius_um=radius)), "[2, 0, 1]")
+
+    @pytest.mark.parametrize("name", ["radius_um", "number_per_m3"])
+    def test_refusal_names_the_first_place_and_how_many(self, write, name):
+        changed = arrays()[name]
+        changed[2, 1, 0] = changed[3, 0, 0] = changed[3, 2, 1] = -7.0
+        number = arrays()["number_per_m3"] + 1.0
+        path = write(**arrays(number_per_m3=number) | {name: changed})
+        self.refused(path, f"{name}[2, 1, 0] = -7")
+        self.refused(path, "(the first of 3 such points)")
+        self.refused(path, "number_per_m3 to 0" if name == "radius_um" else "set it to 0")
 
     def test_float64_beyond_float32_is_refused(self, write):
         number = arrays()["number_per_m3"].astype(np.float64)
