@@ -6,6 +6,7 @@ wrote.
 
 import functools
 import logging
+import os
 
 CHECK_PATH = (
     "check the path: in a scene file it starts at that file's folder, elsewhere at the current one"
@@ -36,14 +37,32 @@ class UnsuitedError(InputError):
 
 
 _MOST_QUOTED = 40
+_MOST_PATH = 500
 
 
-def cut(text: str) -> str:
-    """Return the beginning of a text that others wrote, short enough for a message: 40 characters.
+def cut(text: str, most: int = _MOST_QUOTED) -> str:
+    """Return the beginning of a text that others wrote, fit for a message, on one line.
 
     Every message that quotes a value, a key or a line of a file passes it through here.
+
+    Args:
+        text: of any length, with any characters.
+        most: characters that are shown.
     """
-    return text if len(text) <= _MOST_QUOTED else f"{text[: _MOST_QUOTED - 1]}…"
+    shown = text if len(text) <= most else f"{text[: most - 1]}…"
+    return printable(shown)
+
+
+def shown_path(path: str | os.PathLike[str]) -> str:
+    """Return a path fit for a message: longer ones than systems have are cut."""
+    return cut(os.fspath(path), _MOST_PATH)
+
+
+def printable(text: str) -> str:
+    """Return a text with escapes for what would not show or would break the line."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 @functools.cache

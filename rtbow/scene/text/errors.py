@@ -5,10 +5,12 @@ from collections.abc import Collection
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from rtbow.base.errors import cut
 from rtbow.scene.text.lines import Key, Lines
-from rtbow.scene.text.schema import ROOT, Node, dotted, suggestion, toml_text
+from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, dotted, suggestion, toml_text
 
-_SHOWN = 60  # characters of a wrong value in a message
+_MOST_PROBLEMS = 10
+"""More are counted: who mends these sees the next."""
 _OUT_OF_RANGE = (
     "greater_than",
     "greater_than_equal",
@@ -30,11 +32,12 @@ def explain(
     """
     messages: dict[str, None] = {}  # a set that keeps its order
     meant: set[str] = set()  # keys that are there, but misspelt
-    for problem in error.errors(include_url=False):
+    problems = error.errors(include_url=False)
+    for problem in problems[:_MOST_PROBLEMS]:
         path, node = _place(problem["loc"])
         if problem["type"] == "extra_forbidden":
             meant.add(_misspelt(path, node))
-    for problem in error.errors(include_url=False):
+    for problem in problems[:_MOST_PROBLEMS]:
         path, node = _place(problem["loc"])
         kind = problem["type"]
         if kind == "too_short" and len(problem["input"]) >= problem["ctx"]["min_length"]:
@@ -46,12 +49,14 @@ def explain(
             kind = "too_short"
         text, by_override = _text(problem, kind, path, node, overrides)
         if by_override:
-            set_key = text.startswith(dotted(path))
+            set_key = text.startswith(shown_key(path))
             messages[f"--set {text}" if set_key else f"--set: {text}"] = None
         else:
             tag = problem["ctx"]["discriminator"].strip("'") if kind == "union_tag_invalid" else ""
             place = line_text(lines, (*path, tag) if tag else path)
             messages[f"{name}: {place}{text}"] = None
+    if len(problems) > _MOST_PROBLEMS:
+        messages[f"{name}: and {len(problems) - _MOST_PROBLEMS} more"] = None
     return "\n".join(messages)
 
 
@@ -69,25 +74,25 @@ def _text(
     overrides: Collection[str],
 ) -> tuple[str, bool]:
     """Return what is wrong and what to do, and whether it came from ``--set``."""
-    key, value = dotted(path), problem["input"]
+    key, said, value = dotted(path), shown_key(path), problem["input"]
     by_override = any(key == o or key.startswith(f"{o}.") for o in overrides)
     if kind == "extra_forbidden":
         text = _unknown_key(path, problem["loc"])
     elif kind == "misplaced":
-        text = f"{key} {problem['msg']}"
+        text = f"{said} {problem['msg']}"
     elif kind == "missing_here":
-        text = f"{key} is missing; {problem['msg']}"
+        text = f"{said} is missing; {problem['msg']}"
     elif kind == "missing":
-        text = f"{key} is missing; {_remedy_if_missing(path, node)}"
+        text = f"{said} is missing; {_remedy_if_missing(path, node)}"
     elif kind == "union_tag_not_found":
         tag, kinds = _tag_and_kinds(problem, node)
-        text = f"{key}.{tag} is missing; must be {kinds}"
+        text = f"{said}.{tag} is missing; must be {kinds}"
     elif kind == "union_tag_invalid":
         tag, kinds = _tag_and_kinds(problem, node)
         by_override = by_override or f"{key}.{tag}" in overrides
-        text = f"{key}.{tag} = {shown(value[tag])}; must be {kinds}"
+        text = f"{said}.{tag} = {shown(value[tag])}; must be {kinds}"
     else:
-        text = f"{key} = {shown(value)}; {_remedy(kind, path, node, problem)}"
+        text = f"{said} = {shown(value)}; {_remedy(kind, path, node, problem)}"
     # A list or table may be wrong as a whole because of an item set inside it.
     if isinstance(value, list) or kind == "misplaced":
         by_override = by_override or any(o.startswith(f"{key}.") for o in overrides)
@@ -117,7 +122,7 @@ def _misspelt(path: tuple[str | int, ...], table: Node) -> str:
 
 def _unknown_key(path: tuple[str | int, ...], loc: tuple[str | int, ...]) -> str:
     """Return what to do about an unknown key, or one of another kind of light or distribution."""
-    key, table = dotted(path), dotted(path[:-1])
+    key, table = shown_key(path), dotted(path[:-1])
     _, chosen = _place(loc)
     whole = ROOT
     for part in path[:-1]:
@@ -170,5 +175,9 @@ def _tag_and_kinds(problem: ErrorDetails, node: Node) -> tuple[str, str]:
 
 def shown(value: object) -> str:
     """Return a wrong value as TOML, cut to a readable length."""
-    text = toml_text(value)
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
+    return cut(toml_text(value))
+
+
+def shown_key(path: tuple[str | int, ...]) -> str:
+    """Return a key as it is typed, cut where no scene has one as long."""
+    return cut(dotted(path), MOST_KEY)

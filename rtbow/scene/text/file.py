@@ -8,15 +8,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rtbow.base.errors import InputError
+from rtbow.base.errors import InputError, cut, shown_path
+from rtbow.base.files import read_limited
 from rtbow.base.resources import resource_dir
 from rtbow.scene.model import Scene
+from rtbow.scene.text.bounds import MAX_TEXT_BYTES, check_text, check_values
 from rtbow.scene.text.lines import Lines
 from rtbow.scene.text.overrides import plain
-from rtbow.scene.text.schema import toml_text
+from rtbow.scene.text.schema import MOST_KEY, toml_text
 from rtbow.scene.text.values import resolve_paths, scene_from_values
 
 DEFAULT_SCENE = "default"
+_MOST_REASON = 120
+"""Characters of the parser's message, which may quote a whole key."""
 
 
 def load_scene(
@@ -57,9 +61,19 @@ def scene_from_text(
     """
     data = _parse_toml(text, name)
     resolve_paths(data, folder or Path())
+    check_overrides(overrides or {})
     changes = {str(key): plain(value) for key, value in (overrides or {}).items()}
     scene = scene_from_values(data, name, changes, Lines(text))
     return scene.with_source(with_overrides_noted(text, changes), name)
+
+
+def check_overrides(overrides: Mapping[str, object]) -> None:
+    """Raise InputError for values that no TOML text could hold."""
+    for key, value in overrides.items():
+        try:
+            check_values(value)
+        except InputError as error:
+            raise InputError(f"--set {cut(str(key), MOST_KEY)}: {error}") from None
 
 
 def with_overrides_noted(text: str, overrides: Mapping[str, object]) -> str:
@@ -108,17 +122,18 @@ def parse_set(text: str) -> tuple[str, object]:
     """
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value):
-        raise InputError(f"--set {text}: write key.path=value, such as light.0.altitude_deg=5")
+        raise InputError(f"--set {cut(text)}: write key.path=value, such as light.0.altitude_deg=5")
     if value == toml_text(None):
         return key, None
+    said = cut(key, MOST_KEY)
     try:
-        parsed = tomllib.loads(f"value = {value}")
-    except (ValueError, RecursionError) as error:
+        parsed = _values(f"value = {value}")
+    except InputError as error:
         if value[0] in "[{\"'":
-            raise InputError(f"--set {key}: {value} is not a TOML value: {error}") from None
+            raise InputError(f"--set {said}: {cut(value)} is not a TOML value: {error}") from None
         return key, value
     if parsed.keys() != {"value"}:  # a line break let a second key in
-        raise InputError(f"--set {key}: give one value, on one line")
+        raise InputError(f"--set {said}: give one value, on one line")
     return key, parsed["value"]
 
 
@@ -130,9 +145,11 @@ def _find_scene(name: str) -> Path:
     if name in scenes:
         return scenes[name]
     if os.path.isdir(name):
-        raise InputError(f"{name} is a folder; name a .toml file in it, or a built-in scene")
+        raise InputError(
+            f"{shown_path(name)} is a folder; name a .toml file in it, or a built-in scene"
+        )
     near = difflib.get_close_matches(name, scenes, n=3, cutoff=0.5)
-    message = f"there is no built-in scene named {toml_text(name)}; "
+    message = f"there is no built-in scene named {cut(toml_text(name))}; "
     if near:
         message += f"did you mean {' or '.join(near)}?"
     else:
@@ -154,7 +171,7 @@ def _is_toml(path: Path) -> bool:
 
 def _read_text(path: Path, name: str) -> str:
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return read_limited(path, MAX_TEXT_BYTES).decode("utf-8-sig")
     except FileNotFoundError:
         message = "there is no such file; check the path"
         if path.stem in builtin_scenes():
@@ -164,22 +181,36 @@ def _read_text(path: Path, name: str) -> str:
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         message = f"line {line}: is not UTF-8 text; save the file as UTF-8"
-    except (OSError, ValueError) as error:  # ValueError: a null character in the path
-        reason = error.strerror if isinstance(error, OSError) else error
-        message = f"cannot be read: {reason}"
-    raise InputError(f"{name}: {message}") from None
+    except OSError as error:
+        message = f"cannot be read: {error.strerror}"
+    raise InputError(f"{shown_path(name)}: {message}") from None
 
 
 def _parse_toml(text: str, name: str) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
-    except RecursionError:
-        reason = "lists or tables are nested too deeply"
+        return _values(text)
+    except InputError as error:
+        raise InputError(f"{name}: not valid TOML: {error}{_light_remedy(text)}") from None
+
+
+def _values(text: str) -> dict[str, Any]:
+    """Parse TOML.
+
+    Raises:
+        InputError: it is not valid, or more than a scene can be; the reason alone.
+    """
+    check_text(text)
+    try:
+        values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        reason = f"{error}{_light_remedy(text)}"
+        what, at, place = str(error).rpartition(" (at ")
+        reason = f"{cut(what, _MOST_REASON)}{at}{place}"
     except ValueError:  # Python's, who reads no more than 4300 digits
         reason = "a number has too many digits"
-    raise InputError(f"{name}: not valid TOML: {reason}") from None
+    else:
+        check_values(values)
+        return values
+    raise InputError(reason)
 
 
 def _light_remedy(text: str) -> str:

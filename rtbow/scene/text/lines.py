@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import tomllib
 from collections.abc import Sequence
@@ -14,6 +15,8 @@ _START = re.compile(r"\s*(\[\[?[^\[\],]+\]\]?\s*(#.*)?$|[\w\"'][^=\[\]{},]*=)")
 """Lines with a table's head or a key begin like this; lines inside a long text may, too."""
 _MOST_TRIES = 200
 """Limits the search for the end of a statement whose own lines look like statements."""
+_MOST_CHARACTERS = 300_000
+"""In longer texts the lines of keys are not known: the search parses the text again and again."""
 
 
 class Lines:
@@ -24,7 +27,9 @@ class Lines:
     """
 
     def __init__(self, text: str) -> None:
+        self._too_long = len(text) > _MOST_CHARACTERS
         self._lines = text.replace("\r\n", "\n").split("\n")
+        self._before = functools.cache(self._parsed_before)
 
     def of(self, key: Key) -> int | None:
         """Return the line, from 1, of a key; if the text lacks it, of the table around it.
@@ -33,10 +38,12 @@ class Lines:
             key: of a value or a table.
 
         Returns:
-            None if the text lacks the key's outermost table, too, or its statements cannot be told
-            apart.
+            None if the text lacks the key's outermost table, too, its statements cannot be told
+            apart, or it is very long.
         """
-        starts = self._starts()
+        if self._too_long:
+            return None
+        starts = self._starts
         whole = self._before(len(self._lines)) or {}
         known = next((n for n in range(len(key), 0, -1) if _has(whole, key[:n])), 0)
         if known == 0:
@@ -55,6 +62,7 @@ class Lines:
                 low = middle
         return starts[low] + 1
 
+    @functools.cached_property
     def _starts(self) -> list[int]:
         """Return the lines, from 0, in which statements begin."""
         marks = [n for n, line in enumerate(self._lines) if _START.match(line)]
@@ -69,7 +77,7 @@ class Lines:
                 tries = 0
         return starts
 
-    def _before(self, line: int) -> dict[str, Any] | None:
+    def _parsed_before(self, line: int) -> dict[str, Any] | None:
         """Parse the lines before ``line``; None if they end inside a statement."""
         return _parsed("\n".join(self._lines[:line]))
 

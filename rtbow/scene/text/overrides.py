@@ -5,10 +5,10 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rtbow.base.errors import InputError
+from rtbow.base.errors import InputError, cut
 from rtbow.scene.droplets import Density, density_key
 from rtbow.scene.lights import Light
-from rtbow.scene.text.schema import ROOT, Node, suggestion
+from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, suggestion
 
 
 def plain(value: object) -> Any:
@@ -97,9 +97,9 @@ def _apply(data: dict[str, Any], key: str, value: object) -> None:
     """Put an override into a scene's values, in place; missing tables are added."""
     node: Node = ROOT
     at: Any = data
-    parts = key.split(".")
+    parts, said = key.split("."), cut(key, MOST_KEY)
     if not all(parts):
-        raise InputError(f"--set {key}: write a key such as light.0.altitude_deg")
+        raise InputError(f"--set {said}: write a key such as light.0.altitude_deg")
     for depth, part in enumerate(parts):
         here = ".".join(parts[:depth])
         if node.annotation == dict[str, Any]:
@@ -109,9 +109,9 @@ def _apply(data: dict[str, Any], key: str, value: object) -> None:
             slot: str | int = part
             child = node.child(part)
             if child is None:
-                unknown = f"{here}.{part}" if here else part
+                unknown = cut(f"{here}.{part}" if here else part, MOST_KEY)
                 raise InputError(
-                    f"--set {key}: unknown key {unknown}; {suggestion(here, node, part)}"
+                    f"--set {said}: unknown key {unknown}; {suggestion(here, node, part)}"
                 )
             if not isinstance(at, dict):
                 return  # the file has no table here; validation says so
@@ -125,7 +125,7 @@ def _apply(data: dict[str, Any], key: str, value: object) -> None:
             child = node.child(slot) or node
         else:
             raise InputError(
-                f"--set {key}: {here} is a single value and has nothing inside it; write {here}=…"
+                f"--set {said}: {here} is a single value and has nothing inside it; write {here}=…"
             )
         if depth == len(parts) - 1:
             at[slot] = value
@@ -134,13 +134,14 @@ def _apply(data: dict[str, Any], key: str, value: object) -> None:
 
 
 def _list_index(key: str, here: str, part: str, count: int) -> int:
+    said = cut(key, MOST_KEY)
     items = f"{count} item{'' if count == 1 else 's'}"
     if not count:
-        raise InputError(f"--set {key}: {here} is not given; set it as a whole")
+        raise InputError(f"--set {said}: {here} is not given; set it as a whole")
     if not re.fullmatch(r"0|[1-9][0-9]{0,8}", part):
         raise InputError(
-            f"--set {key}: {here} is a list of {items}; name one by its number, such as {here}.0"
+            f"--set {said}: {here} is a list of {items}; name one by its number, such as {here}.0"
         )
     if int(part) >= count:
-        raise InputError(f"--set {key}: {here} has {items}; the last is {here}.{count - 1}")
+        raise InputError(f"--set {said}: {here} has {items}; the last is {here}.{count - 1}")
     return int(part)

@@ -14,6 +14,8 @@ from pydantic.fields import FieldInfo
 from rtbow.scene.model import Scene
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+MOST_KEY = 80
+"""Characters of a key that messages show and that are compared with known ones, which are shorter."""
 _INDEX = re.compile(r"0|[1-9][0-9]{0,8}")
 
 
@@ -193,7 +195,7 @@ def suggestion(table: str, node: Node, unknown: str) -> str:
     elsewhere = [f"{place}.{key}" for place, key, _ in walk_fields() if key == unknown]
     if elsewhere:
         return f"did you mean {' or '.join(elsewhere)}?"
-    near = difflib.get_close_matches(unknown, node.fields, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(unknown[:MOST_KEY], node.fields, n=1, cutoff=0.5)
     if near:
         return f"did you mean {f'{table}.' if table else ''}{near[0]}?"
     return f"known here: {', '.join(node.fields)}"

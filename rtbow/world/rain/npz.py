@@ -206,7 +206,9 @@ def _header(name: str, member: IO[bytes]) -> Header:
         raise InputError(f"{name} has a header of version {start[6]}.{start[7]}; must be 1.0-3.0")
     length = int.from_bytes(_exactly(member, width), "little")
     if length > _MOST_HEADER:
-        raise InputError(f"{name} has a header of {length:,} bytes; must have up to {_MOST_HEADER:,}")
+        raise InputError(
+            f"{name} has a header of {length:,} bytes; must have up to {_MOST_HEADER:,}"
+        )
     text = _exactly(member, length).decode("latin1")
     return Header(*_described(name, text), 8 + width + length)
 
@@ -217,7 +219,7 @@ def _described(name: str, text: str) -> tuple[np.dtype[Any], tuple[int, ...], bo
     if not kind and (other := _ANY_TYPE.search(text)):
         what = other[1].strip()
         raise InputError(
-            f"{name} holds {'records' if what[:1] in '[{' else cut(what)}, not plain numbers"
+            f"{name} holds {'records' if what[:1] in '[{' else cut(what)}, not numbers"
         )
     lengths = _LENGTH.findall(shape[1]) if shape else []
     if not (kind and order and shape and _HEADER.fullmatch(text)) or len(lengths) > 32:

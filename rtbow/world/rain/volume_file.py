@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array
-from rtbow.base.errors import CHECK_PATH, InputError, UnavailableError, cut, notice
+from rtbow.base.errors import CHECK_PATH, InputError, UnavailableError, cut, notice, shown_path
 from rtbow.base.files import open_regular
 from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, MIN_RADIUS_UM
 from rtbow.world.rain.npz import Header, Npz
@@ -71,15 +71,15 @@ def read_volume_file(path: Path) -> tuple[Array, Field, Field]:
             box, radius, number = _arrays(file)
         return _checked_box(box), *_checked_fields(path, radius, number)
     except FileNotFoundError:
-        raise InputError(f"{path}: volume file not found; {CHECK_PATH}; {_EXPECTED}") from None
+        raise InputError(
+            f"{shown_path(path)}: volume file not found; {CHECK_PATH}; {_EXPECTED}"
+        ) from None
     except OSError as error:
-        raise InputError(f"{_name(path)}: cannot be read: {error.strerror}; {_EXPECTED}") from None
+        raise InputError(
+            f"{shown_path(path)}: not a readable volume ({error.strerror}); {_EXPECTED}"
+        ) from None
     except (InputError, UnavailableError) as error:
-        raise type(error)(f"{path}: {error}") from None
-
-
-def _name(path: Path) -> str:
-    return str(path).replace("\0", "\\0")
+        raise type(error)(f"{shown_path(path)}: {error}") from None
 
 
 def _arrays(file: BinaryIO) -> tuple[Array, Field, Field]:
@@ -160,7 +160,7 @@ def _checked_fields(path: Path, radius: Field, number: Field) -> tuple[Field, Fi
         )
     if dropped:
         notice(
-            f"{path}: {dropped:,} point{'s' if dropped > 1 else ''} with densities within"
+            f"{shown_path(path)}: {dropped:,} point{'s' if dropped > 1 else ''} with densities within"
             f" {_TRACE:g} of the largest one, negative or without a radius of"
             f" {MIN_RADIUS_UM:g}-{MAX_RADIUS_UM:g} µm, taken as empty"
         )

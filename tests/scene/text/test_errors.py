@@ -139,7 +139,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "1200.0, 1100.0]]",
             "1200.0, -5.0]]",
-            "droplets.box_m = [[-1500.0, 200.0, 0.0], [1500.0, 1200.0, -5.0]]; the second corner "
+            "droplets.box_m = [[-1500.0, 200.0, 0.0], [1500.0, 1200.0…; the second corner "
             "must exceed the first on each axis: it is turned inside out along up (0 to -5)",
         ),
         (

@@ -38,7 +38,7 @@ def scenes_dir(tmp_path, monkeypatch) -> Path:
         ("a = 1\nb 2\n", "Expected '='", "(at line 2, column 3)"),
         ("a = 1\nb = [\n", "Invalid value", "(at end of document)"),
         (f"a = {'9' * 5000}", "a number has too many digits", ""),
-        (f"a = {'[' * 9000}", "lists or tables are nested too deeply", ""),
+        (f"a = {'[' * 9000}", "lists or tables are nested too deeply", "(at line 1)"),
     ],
     ids=["table", "key", "end", "digits", "depth"],
 )
@@ -115,10 +115,10 @@ def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
 
 
 def test_an_unreadable_file(monkeypatch):
-    def refuse(path):
+    def refuse(path, most):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(scene_file, "read_limited", refuse)
     with pytest.raises(InputError, match=r"closed\.toml: cannot be read: Permission denied"):
         load_scene("closed.toml")
 
