@@ -35,6 +35,10 @@ __all__ = ["compiled", "prange"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+# Numba has no types.
+_rebuild: Callable[..., Any] = CompileResult._rebuild
+_dumps: Callable[..., bytes] = dumps
+
 _MOST_VERSIONS = 4
 """Versions of the source whose compiled code is kept; that of older ones is removed."""
 _MOST_BYTES = 64 << 20
@@ -60,7 +64,7 @@ def compiled(*, parallel: bool = False, contract: bool = False) -> Callable[[Fun
     return decorate
 
 
-class _KeptCode(_Cache):  # type: ignore[misc]  # Numba has no types
+class _KeptCode(_Cache):
     """The compiled code of one function, a file for each signature.
 
     The files' names hold all that the code depends on, so that there is no index which two
@@ -94,7 +98,7 @@ class _KeptCode(_Cache):  # type: ignore[misc]  # Numba has no types
             return None
         try:
             payload = _verified(path)
-            return CompileResult._rebuild(target_context, *pickle.loads(payload))
+            return _rebuild(target_context, *pickle.loads(payload))
         except FileNotFoundError:
             return None
         except Exception:
@@ -110,7 +114,7 @@ class _KeptCode(_Cache):  # type: ignore[misc]  # Numba has no types
         path = self._path(sig, data.codegen)
         if path is None:
             return
-        payload = dumps(data._reduce())
+        payload = _dumps(data._reduce())
         with contextlib.suppress(OSError, RtbowError, MemoryError):
             # Others may not write, whatever the umask allows.
             path.parent.parent.mkdir(parents=True, exist_ok=True, mode=0o700)

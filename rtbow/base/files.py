@@ -49,7 +49,7 @@ def open_regular(path: PathLike) -> BinaryIO:
     """
     try:
         # Without waiting: a named pipe that nobody writes to would hold the run up for ever.
-        file = open(path, "rb", opener=_open_at_once)
+        file = open(path, "rb", opener=_open_at_once)  # noqa: SIM115  # the caller closes it
     except ValueError as error:
         raise OSError(errno.EINVAL, f"not a file name ({error})") from error
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):

@@ -15,7 +15,7 @@ from rtbow.scene.model import Scene
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 MOST_KEY = 80
-"""Characters of a key that messages show and that are compared with known ones, which are shorter."""
+"""Characters of a key that are shown and compared with known ones, which are shorter."""
 _INDEX = re.compile(r"0|[1-9][0-9]{0,8}")
 
 

@@ -1,7 +1,7 @@
 """Arrays of numbers read from ``.npz`` files that anyone may have made.
 
-``numpy.load`` trusts a file's headers: it takes the memory that they claim, evaluates them as Python,
-and fails in as many ways as there are readers beneath it. Here an array's type and shape are known
+``numpy.load`` trusts a file's headers: it takes the memory that they claim, evaluates them as
+Python, and fails in as many ways as there are readers beneath it. Here an array's type and shape are known
 before memory is taken for it, its data are read piece by piece and must be exactly as long as the
 header says, and whatever is wrong is one kind of error.
 """
@@ -79,7 +79,7 @@ class Npz:
 
     def __init__(self, file: BinaryIO) -> None:
         with _explained("not a readable .npz file"):
-            self._archive = zipfile.ZipFile(_Frugal(file))  # type: ignore[arg-type]
+            self._archive = zipfile.ZipFile(_Frugal(file))
         self._members: dict[str, list[zipfile.ZipInfo]] = {}
         for member in self._archive.infolist():
             self._members.setdefault(member.filename.removesuffix(".npy"), []).append(member)

@@ -160,8 +160,8 @@ def _checked_fields(path: Path, radius: Field, number: Field) -> tuple[Field, Fi
         )
     if dropped:
         notice(
-            f"{shown_path(path)}: {dropped:,} point{'s' if dropped > 1 else ''} with densities within"
-            f" {_TRACE:g} of the largest one, negative or without a radius of"
+            f"{shown_path(path)}: {dropped:,} point{'s' if dropped > 1 else ''} with densities"
+            f" within {_TRACE:g} of the largest one, negative or without a radius of"
             f" {MIN_RADIUS_UM:g}-{MAX_RADIUS_UM:g} µm, taken as empty"
         )
     return radius, number

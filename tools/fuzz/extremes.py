@@ -1,0 +1,252 @@
+"""Scenes drawn from the schema, each key over all that it allows, its ends above all.
+
+Keys that are added to the schema are drawn by their type and range. One that is a text, or that is
+tied to others, needs a line here; tests say so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Literal, get_args, get_origin
+
+import numpy as np
+import tomlkit
+
+from rtbow.scene.droplets import density_key
+from rtbow.scene.text.schema import ROOT, Node, walk_fields
+
+Rng = np.random.Generator
+
+VOLUMES = 12
+"""Volume files that scenes may name: ``volume-0.npz`` and so on (see :func:`volume_seed`)."""
+
+_WIDEST = 1e300
+"""Of numbers without bounds."""
+_SPECTRA = ("E490", "equal-energy", "FL2", "FL11", "HP1", "LED-B3", "D65", "A")
+
+
+Cost = Literal["quick", "airy", "any"]
+"""Which scenes are drawn: those whose frames take seconds; all but exact theory's, whose tables
+may take minutes to build; all."""
+
+
+def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
+    """Draw a scene's values; the same source of chance draws the same scene."""
+    values = _table(rng, ROOT, "")
+    if cost != "any":
+        values.get("scattering", {}).pop("theory", None)
+    _fit_droplets(rng, values["droplets"])
+    if cost == "quick":
+        _make_quick(rng, values)
+    return values
+
+
+def scene_text(rng: Rng, cost: Cost = "airy") -> str:
+    """Draw a scene as TOML (see :func:`scene_values`)."""
+    return tomlkit.dumps(scene_values(rng, cost))
+
+
+def draw(rng: Rng, node: Node, key: str) -> Any:
+    """Draw the value of a key.
+
+    Args:
+        rng: the source of chance.
+        node: the key's place in the schema.
+        key: its dotted name, with 0 for the tables of a list.
+
+    Raises:
+        KeyError: a text that nothing here says how to draw.
+    """
+    if key in _SPECIAL:
+        return _SPECIAL[key](rng)
+    if node.models:
+        return _table(rng, node, key)
+    if node.items:
+        count = int(rng.integers(1, 4)) if node.open else len(node.items)
+        children = [(n, node.child(n)) for n in range(count)]
+        return [draw(rng, child, f"{key}.0") for _, child in children if child is not None]
+    if get_origin(node.annotation) is Literal:
+        return _choice(rng, get_args(node.annotation))
+    if node.annotation is bool:
+        return bool(rng.integers(2))
+    if node.annotation is int:
+        return round(_number(rng, node, whole=True))
+    if node.annotation is float:
+        return float(_number(rng, node, whole=False))
+    raise KeyError(f"{key}: a {node.annotation}, which has no line in tools/fuzz/extremes.py")
+
+
+def _choice(rng: Rng, items: tuple[Any, ...]) -> Any:
+    return items[int(rng.integers(len(items)))]
+
+
+def _table(rng: Rng, node: Node, key: str) -> dict[str, Any]:
+    if len(node.models) > 1:
+        model = _choice(rng, node.models)
+        node = Node(model, (), models=(model,))
+    values: dict[str, Any] = {}
+    for name, field in node.fields.items():
+        child = node.child(name)
+        assert child is not None
+        tag = get_origin(field.annotation) is Literal and len(get_args(field.annotation)) == 1
+        if field.is_required() or tag or rng.random() < 0.6:
+            values[name] = draw(rng, child, f"{key}.{name}" if key else name)
+    return values
+
+
+def bounds(node: Node) -> tuple[float, float]:
+    """Return the least and the greatest number that a key allows; infinite where there is none."""
+    low, high = -math.inf, math.inf
+    for limit in node.metadata:
+        low = max(low, getattr(limit, "ge", low))
+        high = min(high, getattr(limit, "le", high))
+        if getattr(limit, "gt", None) is not None:
+            low = max(low, math.nextafter(limit.gt, math.inf))
+        if getattr(limit, "lt", None) is not None:
+            high = min(high, math.nextafter(limit.lt, -math.inf))
+    return low, high
+
+
+def _number(rng: Rng, node: Node, *, whole: bool) -> float:
+    """Draw a number: an end, a usual value, something between, near zero or far away."""
+    low, high = bounds(node)
+    low, high = (math.ceil(low), math.floor(high)) if whole and high < math.inf else (low, high)
+    limit = 2.0**62 if whole else _WIDEST
+    low, high = max(low, -limit), min(high, limit)
+    if isinstance(node.default, int | float) and rng.random() < 0.3:
+        return float(node.default)
+    kind = rng.random()
+    if kind < 0.15:
+        return low
+    if kind < 0.3:
+        return high
+    if kind < 0.4:
+        return min(max(float(_choice(rng, (0.0, 1e-300, -1e-9, 1e-9, 1e-3, 1.0))), low), high)
+    if kind < 0.7:
+        least, most = max(low, -1e3), min(high, 1e3)
+        return float(rng.uniform(min(least, most), max(least, most)))
+    # Every order of magnitude alike.
+    sign = -1.0 if low < 0.0 and rng.random() < 0.5 else 1.0
+    size = 10.0 ** float(rng.uniform(-6.0, math.log10(max(abs(low), abs(high), 1e-6))))
+    return min(max(sign * size, low), high)
+
+
+def _box(rng: Rng) -> list[list[float]]:
+    """Draw a box: as people make them, thin, tiny, huge, far away or around the eye."""
+    centre = rng.uniform(-1.0, 1.0, 3) * 10.0 ** rng.uniform(-2.0, 4.0, 3)
+    extent = 10.0 ** rng.uniform(-2.0, 4.0, 3)
+    kind = rng.random()
+    if kind < 0.1:
+        extent[rng.integers(3)] = 10.0 ** rng.uniform(-300.0, -3.0)
+    elif kind < 0.2:
+        extent = np.full(3, 9e6)
+        centre = np.zeros(3)
+    elif kind < 0.3:
+        centre = rng.choice([-1.0, 1.0], 3) * 9.9e6
+        extent = 10.0 ** rng.uniform(-1.0, 5.0, 3)
+    low = np.clip(centre - 0.5 * extent, -1e7, 9.999999e6)
+    high = np.clip(np.maximum(low + extent, np.nextafter(low, np.inf)), -1e7, 1e7)
+    return [low.tolist(), high.tolist()]
+
+
+def _size(rng: Rng) -> list[int]:
+    return [int(rng.choice([1, 2, 8, 13, 24])), int(rng.choice([1, 2, 6, 14]))]
+
+
+def _grid(rng: Rng) -> list[int]:
+    """Draw a grid of few points, with a long side at times."""
+    grid = rng.integers(2, 7, 3)
+    if rng.random() < 0.2:
+        grid[rng.integers(3)] = rng.choice([64, 1024])
+    return [int(n) for n in grid]
+
+
+def _wavelength_step(rng: Rng) -> float:
+    """Draw a step that divides 400 nm; the finest ones take minutes, and are rare."""
+    count = int(_choice(rng, (10, 16, 20, 40, 80, 80, 80, 160, 400)))
+    return 400.0 / (8000 if rng.random() < 0.02 else count)
+
+
+def _steps(rng: Rng) -> int:
+    return int(_choice(rng, (1, 2, 3, 64, 1000, 5000)))
+
+
+def _right(rng: Rng) -> dict[str, Any]:
+    """Draw one or two keys of the picture's right part."""
+    # Of a light only what every kind has; of the drops what goes with all others.
+    fields = [
+        (table, key)
+        for table, key, _ in walk_fields()
+        if table.startswith(("camera", "atmosphere", "scattering", "render"))
+        or key in ("spectrum", "extinction", "seed")
+    ]
+    values = {}
+    for index in rng.choice(len(fields), int(rng.integers(1, 3)), replace=False):
+        table, key = fields[index]
+        node: Node | None = ROOT
+        for part in (*table.split("."), key):
+            node = node and node.child(0 if part == "0" else part)
+        if node is not None and key not in ("size_px", "theory"):
+            values[f"{table}.{key}"] = draw(rng, node, f"{table}.{key}")
+    return values
+
+
+_SPECIAL: dict[str, Callable[[Rng], Any]] = {
+    "camera.size_px": _size,
+    "compare.right": _right,
+    "droplets.box_m": _box,
+    "droplets.file": lambda rng: f"volume-{rng.integers(VOLUMES)}.npz",
+    "droplets.grid": _grid,
+    "light.0.spectrum": lambda rng: str(_choice(rng, _SPECTRA)),
+    "render.steps": _steps,
+    "render.wavelength_step_nm": _wavelength_step,
+    "scattering.orders": lambda rng: list(_choice(rng, ((1,), (2,), (1, 2)))),
+}
+"""Keys that are texts, are tied to others, or decide how long a frame takes."""
+
+
+def _make_quick(rng: Rng, values: dict[str, Any]) -> None:
+    """Leave what takes long: tables of many radii, second pictures and lights, fine steps."""
+    values.pop("compare", None)
+    del values["light"][1:]
+    values.setdefault("render", {}).pop("steps", None)
+    values["render"]["wavelength_step_nm"] = 40.0
+    droplets = values["droplets"]
+    droplets.pop("file", None)
+    droplets.setdefault("box_m", _box(rng))
+    droplets["radius"] = {"distribution": "constant", "radius_um": float(rng.uniform(1.0, 5000.0))}
+    number = droplets.get("density", {}).get("number_per_m3", 1000.0)
+    droplets["density"] = {"number_per_m3": number}
+
+
+def _fit_droplets(rng: Rng, droplets: dict[str, Any]) -> None:
+    """Make what was drawn key by key a whole: from a file, or with all that it needs."""
+    if rng.random() < 0.8:
+        droplets.pop("file", None)
+    if "file" in droplets:
+        for key in ("box_m", "grid", "radius", "density"):
+            droplets.pop(key, None)
+        return
+    node = ROOT.child("droplets")
+    assert node is not None
+    for key in ("box_m", "radius", "density"):
+        child = node.child(key)
+        assert child is not None
+        droplets.setdefault(key, draw(rng, child, f"droplets.{key}"))
+    radius = droplets["radius"]
+    if radius.get("min_um", 0.0) >= radius.get("max_um", math.inf):
+        radius["min_um"], radius["max_um"] = 0.5 * (1.0 + radius["max_um"]), radius["min_um"] + 1.0
+        radius["max_um"] = min(radius["max_um"], 5000.0)
+    one_kind = radius["distribution"] == "constant" or radius.get("mixing") == "local"
+    if not one_kind:
+        droplets.setdefault("grid", _grid(rng))
+    wanted = density_key(radius["distribution"])
+    density = node.child("density")
+    assert density is not None
+    child = density.child(wanted)
+    assert child is not None
+    value = droplets["density"].get(wanted)
+    droplets["density"] = {
+        wanted: draw(rng, child, f"droplets.density.{wanted}") if value is None else value
+    }
