@@ -129,7 +129,7 @@ def _number(rng: Rng, node: Node, *, whole: bool) -> float:
     # Every order of magnitude alike.
     sign = -1.0 if low < 0.0 and rng.random() < 0.5 else 1.0
     size = 10.0 ** float(rng.uniform(-6.0, math.log10(max(abs(low), abs(high), 1e-6))))
-    return min(max(sign * size, low), high)
+    return float(min(max(sign * size, low), high))
 
 
 def _box(rng: Rng) -> list[list[float]]:

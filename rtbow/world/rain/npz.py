@@ -1,9 +1,9 @@
 """Arrays of numbers read from ``.npz`` files that anyone may have made.
 
 ``numpy.load`` trusts a file's headers: it takes the memory that they claim, evaluates them as
-Python, and fails in as many ways as there are readers beneath it. Here an array's type and shape are known
-before memory is taken for it, its data are read piece by piece and must be exactly as long as the
-header says, and whatever is wrong is one kind of error.
+Python, and fails in as many ways as there are readers beneath it. Here type and shape of an array
+are known before memory is taken for it, its data are read piece by piece and must be exactly as
+long as the header says, and whatever is wrong is one kind of error.
 """
 
 from __future__ import annotations
