@@ -159,7 +159,8 @@ class Fuzzer:
             kept.write_bytes(content)
             report.failures.append((seed, what))
             say(f"{kept}: {outcome}: {what.splitlines()[-1][:300]}")
-            self._stop()  # whatever it did, the next one begins afresh
+            if outcome not in ("defect", "memory"):
+                self._stop()  # dead, or not to be waited for
 
     def _stop(self) -> None:
         if self._child is not None:
