@@ -1,6 +1,5 @@
 """What a scene may hold, by key: for messages, overrides, the panel and documents."""
 
-import difflib
 import json
 import re
 import types
@@ -12,6 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from rtbow.scene.model import Scene
+from rtbow.scene.text.nearest import nearest
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _INDEX = re.compile(r"0|[1-9][0-9]{0,8}")
@@ -193,9 +193,9 @@ def suggestion(table: str, node: Node, unknown: str) -> str:
     elsewhere = [f"{place}.{key}" for place, key, _ in walk_fields() if key == unknown]
     if elsewhere:
         return f"did you mean {' or '.join(elsewhere)}?"
-    near = difflib.get_close_matches(unknown, node.fields, n=1, cutoff=0.5)
+    near = nearest(unknown, node.fields)
     if near:
-        return f"did you mean {f'{table}.' if table else ''}{near[0]}?"
+        return f"did you mean {f'{table}.' if table else ''}{near}?"
     return f"known here: {', '.join(node.fields)}"
 
 
