@@ -121,6 +121,21 @@ class TestCompletion:
 
 @pytest.mark.slow
 class TestSurroundings:
+    def test_a_current_folder_that_was_deleted(self, run, tmp_path):
+        gone = tmp_path / "gone"
+        gone.mkdir()
+        leaving = {"cwd": gone, "preexec_fn": lambda: os.rmdir(gone)}
+        done = run("render", "uniform", *SMALL, "-q", "-o", str(tmp_path / "a.exr"), **leaving)
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert (tmp_path / "a.exr").exists()
+        gone.mkdir()
+        done = run("render", "uniform", *SMALL, "-q", "-o", "a.exr", **leaving)
+        assert done.returncode == 2
+        assert done.stderr.decode() == (
+            "rtbow: a.exr: starts at the current folder, which was deleted; change to another"
+            " folder (cd), or give the path from the root on\n"
+        )
+
     def test_no_home(self, run, tmp_path):
         """Matplotlib, which colour-science imports, and Mesa miss it, and say nothing."""
         env = {

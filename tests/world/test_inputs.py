@@ -102,3 +102,25 @@ def test_a_renderer_shows_the_volume_as_it_is(volume, method):
     with Renderer(scene(), "osmesa") as other:
         np.testing.assert_array_equal(other.render(method), small)
     assert np.abs(small - large).max() > 0.1 * large.max()
+
+
+@pytest.mark.parametrize("method", ["fast", "reference"])
+def test_a_renderer_shows_the_spectrum_as_it_is(tmp_path, method):
+    """A lamp that turns from blue to red, in a file of as many bytes."""
+    path = tmp_path / "lamp.csv"
+
+    def lamp(peak_nm: float):
+        lines = (f"{nm},{np.exp(-(((nm - peak_nm) / 30.0) ** 2)):.6f}" for nm in range(380, 785, 5))
+        path.write_text("wavelength_nm,value\n" + "\n".join(lines))
+        overrides = {"camera.size_px": [4, 3], "light.0.spectrum": path}
+        return rtbow.load_scene("uniform", overrides)
+
+    with Renderer(lamp(450.0), "osmesa") as renderer:
+        red, _, blue = renderer.render(method).sum(axis=(0, 1))
+        assert red < blue
+        renderer.show(lamp(620.0))
+        red, _, blue = renderer.render(method).sum(axis=(0, 1))
+        assert red > blue
+    with Renderer(lamp(450.0), "osmesa") as renderer:
+        red, _, blue = renderer.render(method).sum(axis=(0, 1))
+        assert red < blue
