@@ -13,6 +13,7 @@ from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.base.version import __version__
 
 if TYPE_CHECKING:
+    from rtbow.frames.notebook import show
     from rtbow.render.renderer import Renderer
     from rtbow.scene.model import Scene
     from rtbow.scene.text.file import load_scene
@@ -25,6 +26,7 @@ __all__ = [
     "UnavailableError",
     "__version__",
     "load_scene",
+    "show",
 ]
 
 # Loaded when first asked for: importing rtbow alone costs nothing, and --help is quick.
@@ -32,6 +34,7 @@ _LAZY = {
     "Renderer": "rtbow.render.renderer",
     "Scene": "rtbow.scene.model",
     "load_scene": "rtbow.scene.text.file",
+    "show": "rtbow.frames.notebook",
 }
 
 

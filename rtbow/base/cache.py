@@ -41,11 +41,36 @@ _OWN_FILE = re.compile(
 
 
 def cache_dir() -> Path:
-    """Return the cache folder, which need not exist: ``RTBOW_CACHE_DIR`` or the user's own."""
+    """Return the cache folder, which need not exist: ``RTBOW_CACHE_DIR`` or the user's own.
+
+    A folder that is not absolute cannot be used.
+    """
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen:
-        return Path(os.path.abspath(os.path.expanduser(chosen)))
+        place = os.path.expanduser(chosen)
+        with contextlib.suppress(FileNotFoundError):  # the current folder was deleted
+            place = os.path.abspath(place)
+        return Path(place)
     return Path(platformdirs.user_cache_dir("rtbow", appauthor=False))
+
+
+@contextlib.contextmanager
+def quiet_matplotlib() -> Iterator[None]:
+    """Import and use Matplotlib within the block without its remarks about its own cache folder.
+
+    It warns where there is no home to keep its list of fonts in, and while it makes that list; both
+    cost time only.
+    """
+    import logging
+
+    log = logging.getLogger("matplotlib")
+    level = log.level
+    if level == logging.NOTSET:  # whoever chose a level wants its messages
+        log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
 
 
 def cached_arrays(name: str, key: str, build: Callable[[], Mapping[str, Any]]) -> Arrays:

@@ -3,6 +3,10 @@
 Numba's own cache ends the run where a file of it is damaged or its disk is full, and it trusts
 whoever can write there, though reading compiled code executes it. This one costs time only: a file
 counts if its digest is right, and any other one is compiled anew and replaced.
+
+Loops on all cores run on Numba's threading layer: GNU's OpenMP on Linux, which several threads may
+use at once, but which ends a process that was forked from one that had used it. Such a process runs
+the same loops on one core, compiled for that: it is one of several workers as a rule.
 """
 
 from __future__ import annotations
@@ -17,7 +21,9 @@ import platform
 import shutil
 import stat
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import numba
@@ -44,24 +50,68 @@ _MOST_VERSIONS = 4
 _MOST_BYTES = 64 << 20
 """The largest function takes a hundredth of it."""
 
+_UNFORKABLE_LAYERS = ("omp",)
+_forked_from_threads = False
+
+
+def _note_fork() -> None:
+    """In a forked process, see whether its parent had threads that are missing here."""
+    global _forked_from_threads
+    try:
+        layer = numba.threading_layer()  # type: ignore[attr-defined]
+    except ValueError:  # none had been started
+        return
+    _forked_from_threads = _forked_from_threads or layer in _UNFORKABLE_LAYERS
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_note_fork)
+
 
 def compiled(*, parallel: bool = False, contract: bool = False) -> Callable[[Function], Function]:
     """Compile a function of numbers and arrays when it is first called.
 
     Args:
-        parallel: run its ``prange`` loops on all cores.
+        parallel: run its ``prange`` loops on all cores; it is then called from Python alone.
         contract: let a product and a sum become one instruction, rounded once.
     """
     loose = {"contract"} if contract else False
-    compile_later = njit(parallel=parallel, fastmath=loose, nogil=True)
+    one_core = njit(fastmath=loose, nogil=True)
 
-    def decorate(function: Function) -> Function:
-        dispatcher = compile_later(function)
-        if hasattr(dispatcher, "_cache"):  # not under NUMBA_DISABLE_JIT
-            dispatcher._cache = _KeptCode(function)
-        return cast(Function, dispatcher)
+    def plain(function: Function) -> Function:
+        return cast(Function, _kept(one_core, function))
 
-    return decorate
+    if not parallel:
+        return plain
+    all_cores = njit(parallel=True, fastmath=loose, nogil=True)
+
+    def choosing(function: Function) -> Function:
+        on_all, on_one = _kept(all_cores, function), _kept(one_core, _renamed(function))
+
+        @wraps(function)
+        def call(*args: Any) -> Any:
+            return on_one(*args) if _forked_from_threads else on_all(*args)
+
+        return cast(Function, call)
+
+    return choosing
+
+
+def _kept(compile_later: Callable[..., Any], function: Callable[..., Any]) -> Any:
+    """Give a function that is compiled when it is called, from the cache where it is there."""
+    dispatcher = compile_later(function)
+    if hasattr(dispatcher, "_cache"):  # not under NUMBA_DISABLE_JIT
+        dispatcher._cache = _KeptCode(function)
+    return dispatcher
+
+
+def _renamed(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Copy a function under a name of its own: compiled code is kept by names."""
+    assert isinstance(function, FunctionType)
+    copy = FunctionType(function.__code__, function.__globals__, f"{function.__name__}_on_one_core")
+    copy.__qualname__ = f"{function.__qualname__}_on_one_core"
+    copy.__module__ = function.__module__
+    return copy
 
 
 class _KeptCode(_Cache):

@@ -7,6 +7,10 @@ wrote.
 import functools
 import logging
 import os
+from collections.abc import Sequence
+from typing import TypeVar
+
+Word = TypeVar("Word", bound=str)
 
 CHECK_PATH = (
     "check the path: in a scene file it starts at that file's folder, elsewhere at the current one"
@@ -72,3 +76,11 @@ def notice(text: str) -> None:
     It goes to the logger ``rtbow``; without a handler, Python writes it to stderr.
     """
     logging.getLogger("rtbow").warning("rtbow: %s", text)
+
+
+def require_one_of(what: str, value: object, allowed: Sequence[Word]) -> Word:
+    """Give a value that is one of some words, or raise InputError."""
+    for word in allowed:
+        if isinstance(value, str) and value == word:
+            return word
+    raise InputError(f"{what} = {cut(repr(value))}; must be one of {', '.join(allowed)}")

@@ -23,6 +23,9 @@ _A_DAY_S = 86_400.0
 
 PathLike = str | os.PathLike[str]
 
+STANDARD_OUTPUT = "-"
+"""The name that stands for standard output."""
+
 # Temporary files carry this name beside their target, so that leftovers of a killed process
 # can be told from the user's own files.
 TEMPORARY_PREFIX = ".rtbow-"
@@ -122,7 +125,7 @@ def write_atomic(path: PathLike, data: bytes, mode: int = 0o666) -> None:
     written to directly.
 
     Args:
-        path: Where the file is to be.
+        path: Where the file is to be; ``-`` is standard output.
         data: The whole content.
         mode: Permissions of a new file, of which the umask takes some away.
 
@@ -236,10 +239,25 @@ def check_distinct(paths: Sequence[PathLike]) -> None:
     """Raise InputError if two of the names that were typed after ``-o`` lead to one place."""
     seen: set[str] = set()
     for path in paths:
-        place = os.path.abspath(path)
+        place = absolute(path)
         if place in seen:
             raise InputError(f"-o {_shown(path)}: is given twice; give it once")
         seen.add(place)
+
+
+def absolute(path: PathLike) -> str:
+    """Give a path from the root on, as :func:`os.path.abspath` does.
+
+    Raises:
+        InputError: it starts at the current folder, and that was deleted.
+    """
+    try:
+        return os.path.abspath(path)
+    except FileNotFoundError:
+        raise InputError(
+            f"{_shown(path)}: starts at the current folder, which was deleted; change to another"
+            " folder (cd), or give the path from the root on"
+        ) from None
 
 
 def check_suffix(path: PathLike, suffixes: Sequence[str], example: PathLike | None = None) -> None:
@@ -277,6 +295,8 @@ def _status(path: PathLike) -> os.stat_result | None:
 
 def _stream_kind(path: PathLike) -> int | str | None:
     """Return what to write to directly, own descriptor or path, or None for a regular file."""
+    if os.fspath(path) == STANDARD_OUTPUT:
+        return 1
     status = _status(path)
     if status is None or stat.S_ISDIR(status.st_mode):
         return None
@@ -383,7 +403,8 @@ def _sync(path: Path) -> None:
 def _explained(path: PathLike, error: OSError) -> InputError:
     what = os.strerror(error.errno) if error.errno else str(error)
     remedy = _REMEDIES.get(error.errno or 0, "choose another place")
-    return InputError(f"{_shown(path)}: cannot be written: {what}; {remedy}")
+    name = "standard output" if os.fspath(path) == STANDARD_OUTPUT else _shown(path)
+    return InputError(f"{name}: cannot be written: {what}; {remedy}")
 
 
 def _shown(path: PathLike) -> str:

@@ -70,7 +70,7 @@ def _place_and_date(value: str) -> _Day:
     type=_place_and_date,
     metavar="LAT,LON,DATE",
     help="Move light 0, a sun, from sunrise to sunset of a date and place (degrees, north and east"
-    " positive), such as 48.1,11.6,2024-12-21.",
+    " positive), such as 48.1,11.6,2024-12-21; from midnight to midnight where it does not set.",
 )
 @click.option(
     "--frames",

@@ -16,6 +16,7 @@ from rtbow.cli.options import (
     max_delta_e_option,
     progress_bar,
     quiet_option,
+    scene_completions,
     scene_name,
     set_option,
     size_option,
@@ -41,7 +42,13 @@ def _pixel_count(value: str) -> int | str:
 
 
 @click.command()
-@click.argument("scenes", nargs=-1, type=scene_name, metavar="[SCENE]...")
+@click.argument(
+    "scenes",
+    nargs=-1,
+    type=scene_name,
+    metavar="[SCENE]...",
+    shell_complete=scene_completions,
+)
 @click.option("--json", "json_file", metavar="FILE", help="Write all numbers: .json.")
 @click.option("--plot", "plot_file", metavar="FILE", help="Draw speed against error: .png or .svg.")
 @size_option("Width and height in pixels; left out: 640x360.")

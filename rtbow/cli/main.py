@@ -152,8 +152,12 @@ def _usage(error: click.UsageError) -> str:
     return f"{verb}: {error.format_message().rstrip('.')} (see {verb} --help)"
 
 
-def _full_output(error: OSError) -> tuple[int, str]:
-    """Say that standard output is full; files, when they are, explain themselves."""
+def _system_error(error: OSError) -> tuple[int, str]:
+    """Say that standard output is full, or the current folder gone; files explain themselves."""
+    if error.errno == errno.ENOENT and not _in_a_folder():
+        return InputError.exit_code, (
+            "rtbow: the current folder was deleted; change to another one (cd) and try again"
+        )
     if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         raise error
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python writes the rest when it exits
@@ -168,6 +172,13 @@ def _aborted(error: click.Abort) -> tuple[int, str]:
     if isinstance(error.__cause__, EOFError):
         raise error.__cause__  # there are no prompts: a defect
     return _INTERRUPTED
+
+
+def _in_a_folder() -> bool:
+    try:
+        return bool(os.getcwd())
+    except FileNotFoundError:
+        return False
 
 
 _INTERRUPTED = (130, "interrupted; nothing was left half written")  # 128 + SIGINT, as shells do
@@ -187,7 +198,7 @@ _EXITS: dict[Any, Callable[[Any], tuple[int, str]]] = {
         UnavailableError.exit_code,
         "rtbow: not enough memory; render smaller or use a coarser volume",
     ),
-    OSError: _full_output,
+    OSError: _system_error,
 }
 """Exit code and message by exception; an error of several kinds ends as the narrowest of them."""
 

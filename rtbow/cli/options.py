@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from rtbow.base.errors import InputError, RtbowError
 from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MAX_DISC_DEG, MOST_DELTA_E
@@ -113,6 +115,33 @@ def scene_name(value: Any) -> str:
     return str(value)
 
 
+def scene_completions(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete a scene on the shell's Tab: built-in scenes, .toml files, folders on the way."""
+    from rtbow.scene.text.file import builtin_scenes, scene_title
+
+    items = [
+        CompletionItem(name, help=scene_title(path))
+        for name, path in builtin_scenes().items()
+        if name.startswith(incomplete)
+    ]
+    folder, begun = os.path.split(incomplete)
+    try:
+        entries = sorted(os.scandir(folder or "."), key=lambda entry: entry.name)
+    except OSError:
+        return items
+    for entry in entries:
+        hidden = entry.name.startswith(".") and not begun.startswith(".")
+        if entry.name.startswith(begun) and not hidden:
+            place = os.path.join(folder, entry.name)
+            if entry.is_dir():
+                items.append(CompletionItem(f"{place}{os.sep}"))
+            elif entry.name.lower().endswith(".toml"):
+                items.append(CompletionItem(place))
+    return items
+
+
 def number_list(value: Any) -> tuple[float, ...]:
     """Read numbers with commas between them, such as ``100,500``."""
     if isinstance(value, tuple):
@@ -173,7 +202,9 @@ def choice_option(name: str, choices: Sequence[str], text: str, default: str = "
     )
 
 
-scene_argument: Option = click.argument("scene", required=False, type=scene_name)
+scene_argument: Option = click.argument(
+    "scene", required=False, type=scene_name, shell_complete=scene_completions
+)
 backend_option = choice_option(
     "--backend", ("auto", "egl", "osmesa", "window"), "How to get a GL context."
 )

@@ -51,20 +51,23 @@ def write_frame(
     rgb: NDArray[np.float32],
     metadata: Mapping[str, str],
     exposure_ev: float | None = None,
+    suffix: str = "",
 ) -> None:
     """Write a frame in the format of the suffix: radiance as ``.exr``, a picture as ``.png``.
 
     Args:
-        path: The file, ending in ``.exr`` or ``.png``.
+        path: The file, ending in ``.exr`` or ``.png``; ``-`` is standard output, with
+            a ``suffix``.
         rgb: Linear Rec. 709 in cd/m², shape (h, w, 3).
         metadata: Strings that say how the frame was made.
         exposure_ev: Exposure value (ISO 100) of the picture; None chooses one by the frame.
+        suffix: Which format; left out, the path's own.
 
     Raises:
         InputError: The suffix is unknown or the file cannot be written.
         RtbowError: The frame holds a NaN or an infinity.
     """
-    suffix = Path(path).suffix.lower()
+    suffix = suffix or Path(path).suffix.lower()
     if suffix == ".exr":
         write_exr(path, rgb, metadata)
     elif suffix == ".png":
@@ -141,6 +144,11 @@ def write_png(path: PathLike, display_rgb: NDArray[np.uint8], metadata: Mapping[
         InputError: The file cannot be written.
         RtbowError: The picture has another shape or type.
     """
+    write_atomic(path, png_bytes(display_rgb, metadata))
+
+
+def png_bytes(display_rgb: NDArray[np.uint8], metadata: Mapping[str, str]) -> bytes:
+    """Give the bytes of a PNG file; see :func:`write_png`."""
     # Imported late: most runs never write a PNG.
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
@@ -157,7 +165,7 @@ def write_png(path: PathLike, display_rgb: NDArray[np.uint8], metadata: Mapping[
         info.add_text(name, plain_text(text))
     buffer = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(display_rgb)).save(buffer, format="PNG", pnginfo=info)
-    write_atomic(path, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def read_png(path: PathLike) -> tuple[NDArray[np.uint8], dict[str, str]]:

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from rtbow.base.cache import quiet_matplotlib
 from rtbow.base.files import write_atomic
 from rtbow.base.version import __version__
 
@@ -38,10 +39,11 @@ _STYLE = {
 @contextmanager
 def style() -> Iterator[None]:
     """Draw with the shared fonts and lines within the block."""
-    import matplotlib
+    with quiet_matplotlib():
+        import matplotlib
 
-    with matplotlib.rc_context(_STYLE):  # type: ignore[arg-type]
-        yield
+        with matplotlib.rc_context(_STYLE):  # type: ignore[arg-type]
+            yield
 
 
 def new_figure(width: float, height: float) -> Any:

@@ -9,16 +9,19 @@ them.
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, get_args
+from weakref import WeakSet
 
-from rtbow.base.errors import InputError, RtbowError, UnavailableError
-from rtbow.gl.driver import BackendError, Driver
+from rtbow.base.errors import InputError, RtbowError, UnavailableError, require_one_of
+from rtbow.gl.driver import BackendError, Driver, quiet_mesa
 from rtbow.gl.egl import EGL_DEVICE_VARIABLE, open_egl
 from rtbow.gl.osmesa import open_osmesa
+from rtbow.gl.process import FORK_HELP, Lock, after_fork, left_a_gpu, note_opened, unusable
 from rtbow.gl.window import foreign_window, open_window
 
 # moderngl and glfw are imported where they are used: a verb without pictures must not wait.
@@ -59,12 +62,14 @@ class GlContext:
     ``ctx`` is the moderngl context. Objects made with it are freed when the last reference to
     them is gone and the next :meth:`current` ends, so they need no release of their own. (Do not
     release a framebuffer that is bound: moderngl would bind it again, which is a GL error.)
-    ``window`` is the GLFW handle of a ``window`` context, else None.
+    ``window`` is the GLFW handle of a ``window`` context, else None. ``inherited`` says that the
+    context belongs to a process that this one was forked from, and is of no use here.
     """
 
     def __init__(self, backend: str, ctx: moderngl.Context, driver: Driver) -> None:
         self.backend = backend
         self.ctx = ctx
+        self.inherited = False
         self.window: Any = getattr(driver, "window", None)
         self._driver = driver
         if ctx.fbo is None:
@@ -82,6 +87,7 @@ class GlContext:
             texture_3d=int(info["GL_MAX_3D_TEXTURE_SIZE"]),
             viewport=(int(width), int(height)),
         )
+        _contexts.add(self)
 
     @property
     def closed(self) -> bool:
@@ -101,7 +107,10 @@ class GlContext:
 
         Raises:
             RtbowError: the context is closed.
+            UnavailableError: it belongs to the process that this one was forked from.
         """
+        if self.inherited:
+            raise UnavailableError(f"this {self.backend} context {_FORKED}; {FORK_HELP}")
         if self.closed:
             raise RtbowError(f"the {self.backend} context is closed; open another")
         with _switched_to(self._driver):
@@ -124,8 +133,11 @@ class GlContext:
             framebuffer.use()
 
     def close(self) -> None:
-        """Destroy the context and its window; a second call does nothing."""
-        if self.closed:
+        """Destroy the context and its window; a second call does nothing.
+
+        Nor does it in a process forked from the one that opened it, which goes on using it.
+        """
+        if self.closed or self.inherited:
             return
         with _switched_to(None):
             self.ctx.objects.clear()  # they go with the context
@@ -156,10 +168,13 @@ def open_context(backend: Backend = "auto", *, robust: bool = False) -> GlContex
 
     Raises:
         InputError: an unknown backend, or a wrong ``RTBOW_EGL_DEVICE``.
-        UnavailableError: no context opens; says why and what helps.
+        UnavailableError: no context opens; says why and what helps. In a process forked from one
+            that had opened a backend this one does not open, nor does ``auto`` draw on the CPU
+            where that one was a GPU.
     """
-    if backend not in get_args(Backend):
-        raise InputError(f"backend = {backend!r}; must be one of {', '.join(get_args(Backend))}")
+    require_one_of("backend", backend, get_args(Backend))
+    if backend == "auto" and left_a_gpu():
+        raise UnavailableError(f"the GPU {_FORKED}; {FORK_HELP}")
     names = BACKENDS if backend == "auto" else (backend,)
     failures: list[BackendReport] = []
     for name in names:
@@ -168,6 +183,8 @@ def open_context(backend: Backend = "auto", *, robust: bool = False) -> GlContex
         except BackendError as error:
             report = BackendReport(name, ok=False, reason=str(error), help=error.help)
             failures.append(report)
+    if any(unusable(name) for name in names):  # that the others do not open is beside the point
+        raise UnavailableError(f"the GL device {_FORKED}; {FORK_HELP}")
     raise UnavailableError(
         f"no OpenGL 3.3 core context here (backend {backend}):\n"
         + "\n".join(
@@ -198,8 +215,12 @@ def _open(backend: str, *, robust: bool = False) -> GlContext:
         "window": partial(open_window, robust=robust),
         "osmesa": open_osmesa,
     }
-    # Nothing else may be current meanwhile: a new context is made current by its maker.
-    with _switched_to(None):
+    if reason := unusable(backend):
+        raise BackendError(reason, FORK_HELP)
+    # Nothing else may be current meanwhile: a new context is made current by its maker. One at a
+    # time, since opening changes what all threads share: environment, error callback, GLFW.
+    with _opening, quiet_mesa(), _switched_to(None):
+        _close_abandoned()
         driver, ctx = openers[backend]()
         try:
             ctx.gc_mode = "context_gc"  # "auto" would delete names in whatever context is current
@@ -211,7 +232,19 @@ def _open(backend: str, *, robust: bool = False) -> GlContext:
             driver.destroy()
             raise
         driver.detach()
+        note_opened(backend, gl.renderer)
     return gl
+
+
+def abandon(context: GlContext) -> None:
+    """Have a context closed when the next one opens: its owner is gone, in whatever thread and
+    amid whatever call of GL Python collected it."""
+    _abandoned.append(context)
+
+
+def _close_abandoned() -> None:
+    while _abandoned:
+        _abandoned.popleft().close()
 
 
 def _clear_errors(ctx: moderngl.Context) -> None:
@@ -226,6 +259,25 @@ def _collect_garbage(ctx: moderngl.Context) -> None:
         release = getattr(ctx.objects.popleft(), "release", None)
         if release is not None:
             release()
+
+
+_FORKED = "belongs to the process that this one was forked from and does not work here"
+_opening = Lock()
+_abandoned: deque[GlContext] = deque()
+_contexts: WeakSet[GlContext] = WeakSet()
+_left: list[GlContext] = []
+"""Contexts of the parent: kept, since to free them would call a driver whose threads are gone."""
+
+
+def _leave_to_parent() -> None:
+    """In a forked process, touch nothing that the parent had opened or made current."""
+    for context in _contexts:
+        context.inherited = True
+        _left.append(context)
+    _thread.stack = []
+
+
+after_fork(_leave_to_parent)
 
 
 # --- what is current --------------------------------------------------------------------------

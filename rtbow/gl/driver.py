@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rtbow.base.errors import UnavailableError
@@ -19,6 +23,9 @@ class BackendError(UnavailableError):
     def __init__(self, reason: str, help_text: str) -> None:
         super().__init__(reason)
         self.help = help_text
+
+    def __reduce__(self) -> tuple[type[BackendError], tuple[str, str]]:
+        return type(self), (str(self), self.help)  # for worker processes
 
 
 class Driver(Protocol):
@@ -93,3 +100,32 @@ class SymbolLoader:
     def release(self) -> None:
         """Release the context."""
         self._driver.destroy()
+
+
+_MESA_FOLDERS = ("MESA_SHADER_CACHE_DIR", "MESA_GLSL_CACHE_DIR", "XDG_CACHE_HOME")
+_MESA_NO_CACHE = "MESA_SHADER_CACHE_DISABLE"
+
+
+@contextmanager
+def quiet_mesa() -> Iterator[None]:
+    """Open a context within the block without Mesa's remark that it cannot keep shaders.
+
+    It prints one where there is no home; without the folder, shaders are compiled in every run.
+    """
+    if _MESA_NO_CACHE in os.environ or _mesa_keeps_shaders():
+        yield
+        return
+    os.environ[_MESA_NO_CACHE] = "true"
+    try:
+        yield
+    finally:
+        os.environ.pop(_MESA_NO_CACHE, None)
+
+
+def _mesa_keeps_shaders() -> bool:
+    chosen = next((os.environ[name] for name in _MESA_FOLDERS if name in os.environ), None)
+    folder = Path(os.path.expanduser("~/.cache")) if chosen is None else Path(chosen)
+    if not folder.is_absolute() and not chosen:  # no home, or no name
+        return False
+    there = next((place for place in (folder, *folder.parents) if os.path.exists(place)), folder)
+    return os.access(there, os.W_OK | os.X_OK)

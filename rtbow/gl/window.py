@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rtbow.gl.driver import GL_VERSION_CODE, BackendError, Driver, SymbolLoader, create
+from rtbow.gl.process import Lock, after_fork
 
 # glfw is imported where it is used: a verb without pictures must not wait.
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class _Glfw:
     """
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._lock = Lock()
         self._users = 0
         self._ours = False
 
@@ -63,6 +63,16 @@ class _Glfw:
 
 
 _glfw_process = _Glfw()
+_callback = Lock()
+_forked_with_glfw = False
+
+
+def _leave_to_parent() -> None:
+    global _forked_with_glfw
+    _forked_with_glfw = _forked_with_glfw or "glfw" in sys.modules
+
+
+after_fork(_leave_to_parent)
 
 
 @contextmanager
@@ -75,11 +85,12 @@ def _glfw_errors() -> Iterator[list[tuple[int, str]]]:
     def collect(code: int, text: Any) -> None:
         errors.append((code, text.decode("utf-8", "replace")))
 
-    previous = glfw.set_error_callback(collect)
-    try:
-        yield errors
-    finally:
-        glfw.set_error_callback(previous)  # type: ignore[arg-type]  # None: the wrapper's own
+    with _callback:  # all threads share one
+        previous = glfw.set_error_callback(collect)
+        try:
+            yield errors
+        finally:
+            glfw.set_error_callback(previous)  # type: ignore[arg-type]  # None: the wrapper's own
 
 
 def _glfw_reason(errors: list[tuple[int, str]], otherwise: str) -> str:
@@ -131,7 +142,7 @@ class _WindowDriver:
 def foreign_window() -> _WindowDriver | None:
     """Return the GLFW window whose context other code has made current, if there is one."""
     glfw = sys.modules.get("glfw")
-    if glfw is None:
+    if glfw is None or _forked_with_glfw:  # the parent's window, if any
         return None
     with _glfw_errors():  # it is an error to ask while GLFW is not initialised
         window = glfw.get_current_context()

@@ -4,19 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from os import PathLike, fspath
 from types import TracebackType
 from typing import TYPE_CHECKING, Literal, Self, get_args
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Progress, no_progress
-from rtbow.base.errors import InputError, RtbowError, UnavailableError, UnsuitedError
+from rtbow.base.errors import (
+    InputError,
+    RtbowError,
+    UnavailableError,
+    UnsuitedError,
+    require_one_of,
+)
 from rtbow.frames.display import require_finite
+from rtbow.gl.context import Backend
+from rtbow.gl.process import Lock
 from rtbow.scene.model import Scene
+from rtbow.scene.text.errors import shown
 
 if TYPE_CHECKING:
-    from rtbow.gl.context import Backend, GlContext
+    from rtbow.gl.context import GlContext
     from rtbow.render.method import Method
     from rtbow.world.world import World
 
@@ -32,11 +43,16 @@ class Renderer:
     """Renders one scene; keeps its GL context and textures until :meth:`close`.
 
     Usable as a context manager. The GL context is opened when a method first needs it, so that
-    ``reference`` runs where there is no GL.
+    ``reference`` runs where there is no GL. Several threads may share a renderer, which draws for
+    one at a time, or have one each. A process forked from one that has drawn can draw with another
+    backend than that one, or is told to be started otherwise.
 
     Args:
         scene: what to render.
         backend: ``auto``, ``egl``, ``osmesa`` or ``window``.
+
+    Raises:
+        InputError: ``scene`` is no :class:`rtbow.Scene`, or the backend is not known.
 
     Attributes:
         method_used: what drew the last frame, where ``auto`` was asked for too.
@@ -48,10 +64,11 @@ class Renderer:
     """
 
     def __init__(self, scene: Scene, backend: Backend = "auto") -> None:
-        self.scene = scene
+        self.scene = _scene(scene)
         self.method_used: MethodName = "auto"
         self.unsuited = ""
-        self._backend = backend
+        self._backend = require_one_of("backend", backend, get_args(Backend))
+        self._lock = Lock()
         self._context: GlContext | None = None
         self._worlds: list[World] = []
         self._methods: dict[MethodName, list[Method]] = {}
@@ -88,21 +105,20 @@ class Renderer:
             components are colours outside of the gamut.
 
         Raises:
-            InputError: unknown method, or a spectrum or volume that is not usable.
+            InputError: unknown method, a hook that is no function, or a spectrum or volume that
+                is not usable.
             UnavailableError: no GL backend works here, or the memory does not suffice.
             RtbowError: the renderer is closed.
         """
-        self._check(method)
-        try:
+        _require_callable("progress", progress)
+        _require_callable("building", building)
+        with self._in_turn(), _memory_errors():
+            self._check(method)
             if method == "reference":
                 self.method_used = method
                 frame = self._render_reference(progress, building)
             else:
                 frame = self._render_shader(method, progress, building)
-        except MemoryError as error:
-            raise UnavailableError(
-                "not enough memory; render smaller or use a coarser volume"
-            ) from error
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
         require_finite(frame)
         return frame
@@ -138,6 +154,10 @@ class Renderer:
         Raises:
             InputError, UnavailableError, RtbowError: as :meth:`render`.
         """
+        with self._in_turn(), _memory_errors():
+            self._draw(method)
+
+    def _draw(self, method: MethodName) -> None:
         self._check(method)
         if method == "reference":
             raise InputError("method 'reference' needs no GL device; use render()")
@@ -153,8 +173,11 @@ class Renderer:
         Raises:
             InputError, UnavailableError, RtbowError: as :meth:`render`; the scene stays as it was.
         """
-        if self._closed:
-            raise RtbowError("this Renderer is closed; make another")
+        with self._in_turn(), _memory_errors():
+            self._require_open()
+            self._show(_scene(scene))
+
+    def _show(self, scene: Scene) -> None:
         worlds = self._moved_worlds(scene)
         if self._context is not None:
             with self._translated(scene), self._context.current():
@@ -190,23 +213,34 @@ class Renderer:
         Raises:
             InputError, UnavailableError, RtbowError: as :meth:`render`.
         """
-        if self._context is None:
-            return
-        with self._translated(self.scene), self._context.current():
-            for methods in self._methods.values():
-                for method in methods:
-                    method.prepare_moves()
+        with self._in_turn(), _memory_errors():
+            if self._context is None:
+                return
+            with self._translated(self.scene), self._context.current():
+                for methods in self._methods.values():
+                    for method in methods:
+                        method.prepare_moves()
 
     @property
     def texture_bytes(self) -> int:
         """Memory of the textures of all methods used so far."""
         return sum(part.texture_bytes for parts in self._methods.values() for part in parts)
 
-    def _check(self, method: MethodName) -> None:
+    @contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        """Wait until no other thread uses the renderer, and keep others waiting meanwhile."""
+        with self._lock:
+            if self._context is not None and self._context.inherited:
+                self._methods, self._context = {}, None
+            yield
+
+    def _require_open(self) -> None:
         if self._closed:
             raise RtbowError("this Renderer is closed; make another")
-        if method not in METHODS:
-            raise InputError(f"method {method!r} is not known; must be one of {', '.join(METHODS)}")
+
+    def _check(self, method: MethodName) -> None:
+        self._require_open()
+        require_one_of("method", method, METHODS)
 
     def _render_shader(
         self, method: MethodName, progress: Progress, building: Progress
@@ -224,10 +258,12 @@ class Renderer:
 
         The device's own errors become ours.
         """
-        from rtbow.gl.context import open_context
+        from rtbow.gl.context import abandon, open_context
 
         if self._context is None:
             self._context = open_context(self._backend)
+            self._abandon = finalize(self, abandon, self._context)
+            self._abandon.atexit = False  # the process's end frees all there is
         with self._translated(self.scene), self._context.current():
             if method not in self._methods:
                 self._methods[method] = self._make_methods(self._context, method, building)
@@ -270,12 +306,23 @@ class Renderer:
         return [SpectralMethod(context, world, building) for world in worlds]
 
     def close(self) -> None:
-        """Release the GL context and all that lives on it; a second call does nothing."""
-        self._closed = True
-        self._methods, self._worlds = {}, []
-        if self._context is not None:
-            self._context.close()
-            self._context = None
+        """Release the GL context and all that lives on it; a second call does nothing.
+
+        From another thread it waits for the frame that is being drawn.
+        """
+        with self._in_turn():
+            self._closed = True
+            self._methods, self._worlds = {}, []
+            if self._context is not None:
+                self._abandon.detach()
+                self._context.close()
+                self._context = None
+
+    def __getstate__(self) -> object:
+        raise InputError(
+            "a Renderer cannot be copied or sent to another process; send its scene, which can, and"
+            " make a Renderer there"
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -287,6 +334,34 @@ class Renderer:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _scene(scene: object) -> Scene:
+    if not isinstance(scene, Scene):
+        named = shown(fspath(scene)) if isinstance(scene, str | PathLike) else "NAME_OR_PATH"
+        raise InputError(
+            f"scene is of type {type(scene).__name__}; must be a Scene; make one with"
+            f" rtbow.load_scene({named})"
+        )
+    return scene
+
+
+def _require_callable(name: str, hook: object) -> None:
+    if not callable(hook):
+        raise InputError(
+            f"{name} is of type {type(hook).__name__}; must be a function that takes the rows and"
+            " yields them, such as tqdm; leave it out to show nothing"
+        )
+
+
+@contextmanager
+def _memory_errors() -> Iterator[None]:
+    try:
+        yield
+    except MemoryError as error:
+        raise UnavailableError(
+            "not enough memory; render smaller or use a coarser volume"
+        ) from error
 
 
 def _move(method: Method, world: World) -> bool:

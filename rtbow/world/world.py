@@ -14,7 +14,9 @@ import numpy as np
 from rtbow.base.arrays import Array, Float32, Progress, no_progress
 from rtbow.physics.sizes import tabled_sizes
 from rtbow.scene.model import Scene
+from rtbow.scene.text.values import scene_files
 from rtbow.world.camera import View, view_of
+from rtbow.world.inputs import InputFile, input_files
 from rtbow.world.lights import lamps, suns
 from rtbow.world.optics import Optics, scene_optics
 from rtbow.world.rain.volume import DropletVolume, scene_volume
@@ -98,6 +100,7 @@ class World:
     fineness: Fineness
     _scene: Scene = field(repr=False)
     _still: dict[str, Any] = field(repr=False)
+    _files: tuple[InputFile, ...] = field(default=(), repr=False, compare=False)
     _tables: dict[str, Sections] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -152,6 +155,7 @@ def resolve(scene: Scene) -> World:
     Raises:
         InputError: a spectrum or volume is not usable.
     """
+    files = input_files(scene_files(scene))  # before they are read: a later change is seen
     optics = scene_optics(scene)
     volume = scene_volume(scene)
     scattering, render = scene.scattering, scene.render
@@ -173,6 +177,7 @@ def resolve(scene: Scene) -> World:
         Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
         scene,
         _without_places(scene),
+        files,
     )  # fmt: skip
 
 
@@ -181,9 +186,11 @@ def moved(world: World, scene: Scene) -> World | None:
 
     Returns:
         A world that shares all else with this one, this one itself where nothing differs, or None
-        if the scenes differ in more.
+        if the scenes differ in more, or a spectrum or volume file has another content by now.
     """
     before = world._scene
+    if not all(file.unchanged for file in world._files):
+        return None
     if scene == before:
         return world
     if _without_places(scene) != world._still:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from pathlib import Path
+
 import moderngl
 import numpy as np
 import pytest
@@ -126,9 +130,36 @@ class TestRefusals:
         ):
             renderer.render(method)
 
-    def test_unknown_backend(self, scene):
-        with Renderer(scene, "vulkan") as renderer, pytest.raises(rtbow.InputError, match="egl"):
-            renderer.render()
+    @pytest.mark.parametrize("backend", ["vulkan", "", None, ["egl"]])
+    def test_unknown_backend(self, scene, backend):
+        with pytest.raises(rtbow.InputError, match="must be one of auto, egl, osmesa, window"):
+            Renderer(scene, backend)
+
+    @pytest.mark.parametrize("wrong", ["uniform", Path("a.toml"), None, 3, {"camera": {}}])
+    def test_what_is_no_scene(self, scene, wrong):
+        with pytest.raises(rtbow.InputError, match=r"make one with rtbow\.load_scene") as caught:
+            Renderer(wrong)
+        if isinstance(wrong, str):
+            assert 'load_scene("uniform")' in str(caught.value)
+        with Renderer(scene) as renderer:
+            with pytest.raises(rtbow.InputError, match=r"make one with rtbow\.load_scene"):
+                renderer.show(wrong)
+            assert renderer.scene is scene
+
+    def test_sent_to_another_process(self, scene):
+        with Renderer(scene) as renderer:
+            for send in (pickle.dumps, copy.copy):
+                with pytest.raises(rtbow.InputError, match="send its scene"):
+                    send(renderer)
+        assert pickle.loads(pickle.dumps(scene)) == scene
+
+    @pytest.mark.parametrize("hook", ["progress", "building"])
+    def test_a_hook_that_is_no_function(self, scene, hook):
+        with (
+            Renderer(scene) as renderer,
+            pytest.raises(rtbow.InputError, match="must be a function"),
+        ):
+            renderer.render(**{hook: 3})
 
     @pytest.mark.parametrize("method", ["fast", "spectral", "reference"])
     @pytest.mark.parametrize(
@@ -170,6 +201,8 @@ class TestRefusals:
             renderer.render("spectral")  # and it goes on where there is enough
 
     def test_load_scene(self, tmp_path):
+        endless: dict[str, object] = {}
+        endless["camera"] = endless
         for name, overrides in (
             ("nosuch", None),
             (tmp_path, None),
@@ -178,6 +211,16 @@ class TestRefusals:
             ("uniform", {"camera.size": [5, 5]}),
             ("uniform", {"camera.fov_deg": np.nan}),
             ("uniform", {"": 5}),
+            (3, None),
+            (["uniform"], None),
+            (b"uniform", None),
+            (rtbow.load_scene("uniform"), None),
+            ("uniform", 3),
+            ("uniform", "camera.fov_deg=30"),
+            ("uniform", [("camera.fov_deg", 30)]),
+            ("uniform", {"camera.size_px": "32x18"}),
+            ("uniform", {"camera.fov_deg": object()}),
+            ("uniform", {"camera": endless}),
         ):
             with pytest.raises(rtbow.InputError):
                 rtbow.load_scene(name, overrides)

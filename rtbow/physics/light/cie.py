@@ -12,12 +12,13 @@ from importlib.metadata import version
 import numpy as np
 
 from rtbow.base.arrays import Array
-from rtbow.base.cache import cached_arrays, source_digest
+from rtbow.base.cache import cached_arrays, quiet_matplotlib, source_digest
 from rtbow.physics.constants import VISIBLE_NM
 
 
 def _extract() -> dict[str, Array]:
-    import colour
+    with quiet_matplotlib():  # which it imports
+        import colour
 
     cmf = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     arrays = {

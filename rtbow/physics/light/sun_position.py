@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
+from typing import cast
 
 import ephem
 
@@ -27,9 +28,11 @@ SEA_LEVEL_HPA = 1013.25
 SEA_LEVEL_C = 15.0
 
 _LEAST_REFRACTED_DEG = -1.0
-"""True altitude below which no refraction is added: at sunrise the sun stands at -0.83."""
+"""True altitude below which no refraction is added: at sunrise the sun stands higher."""
 _HORIZON = "-0:34"
 """Degrees and minutes: refraction at the horizon by which almanacs compute sunrise and sunset."""
+_SUNRISE_DEG = -0.83
+"""True altitude of the sun's centre at sunrise: refraction and half of the disc's 32 arcminutes."""
 _HIGHEST_M = 9000.0
 _LOWEST_M = -500.0
 
@@ -94,6 +97,9 @@ def sun_path(
 ) -> tuple[SunPosition, ...]:
     """Give the sun's way over the sky of a place from sunrise to sunset, at even intervals of time.
 
+    A sun that does not rise on that day since it has not set (polar day) has its way from the
+    midnight before, one that does not set until the midnight after: the times when it is lowest.
+
     Sunrise and sunset are those of almanacs: the disc's upper edge on a flat horizon at sea level,
     under 34 arcminutes of refraction; the centre is then a quarter of a degree below it. The day is
     that of mean solar time at the longitude, which needs no time zone.
@@ -102,21 +108,35 @@ def sun_path(
         latitude_deg: geodetic, north is positive.
         longitude_deg: east is positive.
         day: the date, in the years 1900 to 2100.
-        count: of positions, 1 or more; 1 is sunrise alone.
+        count: of positions, 1 or more; 1 is the first alone.
 
     Raises:
-        InputError: the sun does not rise or does not set there on that day, or a value out of
-            range.
+        InputError: the sun stays below the horizon there on that day, or a value out of range.
     """
     if count < 1:
         raise InputError(f"count = {count}; must be 1 or more")
-    rise, setting = sun_hours(latitude_deg, longitude_deg, day)
-    times = [rise + (setting - rise) * k / max(count - 1, 1) for k in range(count)]
+    start, end = daylight(latitude_deg, longitude_deg, day).hours
+    times = [start + (end - start) * k / max(count - 1, 1) for k in range(count)]
     return tuple(_position(when, latitude_deg, longitude_deg) for when in times)
 
 
-def sun_hours(latitude_deg: float, longitude_deg: float, day: date) -> tuple[datetime, datetime]:
-    """Give the times (UTC) of sunrise and sunset about the noon of a day; see :func:`sun_path`.
+@dataclass(frozen=True)
+class Daylight:
+    """When the sun is up about the noon of a day.
+
+    Attributes:
+        hours: the first and the last time, in UTC.
+        rises: whether the first is sunrise; otherwise it is the midnight before.
+        sets: whether the last is sunset; otherwise it is the midnight after.
+    """
+
+    hours: tuple[datetime, datetime]
+    rises: bool
+    sets: bool
+
+
+def daylight(latitude_deg: float, longitude_deg: float, day: date) -> Daylight:
+    """Give the times when the sun is up about the noon of a day; see :func:`sun_path`.
 
     Raises:
         InputError: as :func:`sun_path`.
@@ -127,18 +147,41 @@ def sun_hours(latitude_deg: float, longitude_deg: float, day: date) -> tuple[dat
     observer.horizon = _HORIZON
     observer.date = datetime.combine(day, time()) - timedelta(hours=longitude_deg / 15.0)
     noon = observer.next_transit(sun)
-    times = []
-    for event in ("previous_rising", "next_setting"):
+    times, crosses = [], []
+    for event, lowest in (
+        ("previous_rising", "previous_antitransit"),
+        ("next_setting", "next_antitransit"),
+    ):
         observer.date = noon
         try:
-            times.append(getattr(observer, event)(sun).datetime().replace(tzinfo=UTC))
+            when, crossed = getattr(observer, event)(sun), True
         except ephem.AlwaysUpError:
-            what = "the sun stays above the horizon (polar day)"
-            raise _no_path(what, latitude_deg, longitude_deg, day) from None
+            observer.date = noon
+            when, crossed = getattr(observer, lowest)(sun), False
         except ephem.NeverUpError:
-            what = "the sun stays below the horizon (polar night)"
-            raise _no_path(what, latitude_deg, longitude_deg, day) from None
-    return times[0], times[1]
+            raise _polar_night(latitude_deg, longitude_deg, day, _utc(noon)) from None
+        times.append(_utc(when))
+        crosses.append(crossed)
+    return Daylight((times[0], times[1]), crosses[0], crosses[1])
+
+
+def sun_hours(latitude_deg: float, longitude_deg: float, day: date) -> tuple[datetime, datetime]:
+    """Give the times (UTC) of sunrise and sunset about the noon of a day; see :func:`sun_path`.
+
+    Raises:
+        InputError: as :func:`sun_path`, or the sun does not rise or does not set there that day.
+    """
+    found = daylight(latitude_deg, longitude_deg, day)
+    if not (found.rises and found.sets):
+        raise InputError(
+            f"sun at {latitude_deg:g}, {longitude_deg:g} on {day}: the sun stays above the horizon"
+            " (polar day), without sunrise and sunset; choose another date or place"
+        )
+    return found.hours
+
+
+def _utc(when: ephem.Date) -> datetime:
+    return cast(datetime, when.datetime()).replace(tzinfo=UTC)
 
 
 def standard_pressure_hpa(elevation_m: float) -> float:
@@ -171,10 +214,15 @@ def _observer(latitude_deg: float, longitude_deg: float) -> ephem.Observer:
     return observer
 
 
-def _no_path(what: str, latitude_deg: float, longitude_deg: float, day: date) -> InputError:
+def _polar_night(
+    latitude_deg: float, longitude_deg: float, day: date, noon: datetime
+) -> InputError:
+    highest = _position(noon, latitude_deg, longitude_deg, pressure_hpa=0.0)
     return InputError(
-        f"sun at {latitude_deg:g}, {longitude_deg:g} on {day}: {what}, without sunrise and sunset;"
-        " choose another date or place"
+        f"sun at {latitude_deg:g}, {longitude_deg:g} on {day}: the sun stays below the horizon"
+        f" (polar night): at noon, {noon:%H:%M} UTC, its centre stands at"
+        f" {highest.altitude_deg:.2f} degrees, without refraction, and at sunrise it would at"
+        f" {_SUNRISE_DEG:g}; choose another date or place"
     )
 
 

@@ -6,7 +6,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from rtbow.base.errors import InputError, cut, shown_path
 from rtbow.base.files import read_limited
@@ -24,7 +24,8 @@ _MOST_REASON = 120
 
 
 def load_scene(
-    name_or_path: str | Path | None = None, overrides: Mapping[str, object] | None = None
+    name_or_path: str | os.PathLike[str] | None = None,
+    overrides: Mapping[str, object] | None = None,
 ) -> Scene:
     """Read a scene file or a built-in scene, with some of its values replaced.
 
@@ -35,8 +36,15 @@ def load_scene(
             are relative to the current folder, those in the file to the file.
 
     Raises:
-        InputError: no such scene, no valid TOML, or values that are not allowed.
+        InputError: no such scene, no valid TOML, values that are not allowed, or arguments of
+            another type.
     """
+    if not isinstance(name_or_path, str | os.PathLike | None):
+        raise InputError(
+            f"load_scene takes a scene's name or path, not a value of type"
+            f" {type(name_or_path).__name__}; pass text or a Path, such as"
+            f' load_scene("{DEFAULT_SCENE}")'
+        )
     name = DEFAULT_SCENE if name_or_path is None else str(name_or_path)
     path = _find_scene(name)
     return scene_from_text(_read_text(path, name), name, path.parent, overrides)
@@ -61,8 +69,7 @@ def scene_from_text(
     """
     data = _parse_toml(text, name)
     resolve_paths(data, folder or Path())
-    check_overrides(overrides or {})
-    changes = {str(key): plain(value) for key, value in (overrides or {}).items()}
+    changes = _plain_overrides(overrides)
     scene = scene_from_values(data, name, changes, Lines(text))
     return scene.with_source(with_overrides_noted(text, changes), name)
 
@@ -74,6 +81,44 @@ def check_overrides(overrides: Mapping[str, object]) -> None:
             check_values(value)
         except InputError as error:
             raise InputError(f"--set {cut(str(key), MOST_KEY)}: {error}") from None
+
+
+def scene_from_stream(stream: BinaryIO, name: str, overrides: Mapping[str, object]) -> Scene:
+    """Make a scene from what a stream holds, such as standard input.
+
+    Args:
+        stream: its bytes; relative paths in the scene start at the current folder.
+        name: what messages call it.
+        overrides: as in :func:`load_scene`.
+
+    Raises:
+        InputError: no UTF-8 text, no valid TOML, or values that are not allowed.
+    """
+    try:
+        data = stream.read(MAX_TEXT_BYTES + 1)
+        if len(data) > MAX_TEXT_BYTES:
+            raise InputError(f"{name}: longer than {MAX_TEXT_BYTES >> 20} MiB: this is no scene")
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name}: {_not_text(error)}") from None
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {error.strerror}") from None
+    return scene_from_text(text, name, None, overrides)
+
+
+def _plain_overrides(overrides: Mapping[str, object] | None) -> dict[str, Any]:
+    if overrides is None:
+        return {}
+    if not isinstance(overrides, Mapping):
+        raise InputError(
+            f"overrides are of type {type(overrides).__name__}; must be a dict of dotted keys and"
+            ' values, such as {"light.0.altitude_deg": 5}'
+        )
+    check_overrides(overrides)
+    try:
+        return {str(key): plain(value) for key, value in overrides.items()}
+    except RecursionError:
+        raise InputError("overrides: a value holds itself, or is nested too deeply") from None
 
 
 def with_overrides_noted(text: str, overrides: Mapping[str, object]) -> str:
@@ -148,7 +193,7 @@ def _find_scene(name: str) -> Path:
         raise InputError(
             f"{shown_path(name)} is a folder; name a .toml file in it, or a built-in scene"
         )
-    near = difflib.get_close_matches(name, scenes, n=3, cutoff=0.5)
+    near = difflib.get_close_matches(name, scenes, n=3, cutoff=0.6)
     message = f"there is no built-in scene named {cut(toml_text(name))}; "
     if near:
         message += f"did you mean {' or '.join(near)}?"
@@ -179,11 +224,16 @@ def _read_text(path: Path, name: str) -> str:
     except IsADirectoryError:
         message = "is a folder; name a scene file in it"
     except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        message = f"line {line}: is not UTF-8 text; save the file as UTF-8"
-    except OSError as error:
-        message = f"cannot be read: {error.strerror}"
+        message = _not_text(error)
+    except (OSError, ValueError) as error:  # ValueError: a null character in the path
+        reason = error.strerror if isinstance(error, OSError) else error
+        message = f"cannot be read: {reason}"
     raise InputError(f"{shown_path(name)}: {message}") from None
+
+
+def _not_text(error: UnicodeDecodeError) -> str:
+    line = error.object.count(b"\n", 0, error.start) + 1
+    return f"line {line}: is not UTF-8 text; save the file as UTF-8"
 
 
 def _parse_toml(text: str, name: str) -> dict[str, Any]:

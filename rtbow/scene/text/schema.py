@@ -1,6 +1,5 @@
 """What a scene may hold, by key: for messages, overrides, the panel and documents."""
 
-import difflib
 import json
 import re
 import types
@@ -12,6 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from rtbow.scene.model import Scene
+from rtbow.scene.text.nearest import nearest
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 MOST_KEY = 80
@@ -195,9 +195,9 @@ def suggestion(table: str, node: Node, unknown: str) -> str:
     elsewhere = [f"{place}.{key}" for place, key, _ in walk_fields() if key == unknown]
     if elsewhere:
         return f"did you mean {' or '.join(elsewhere)}?"
-    near = difflib.get_close_matches(unknown[:MOST_KEY], node.fields, n=1, cutoff=0.5)
+    near = nearest(unknown[:MOST_KEY], node.fields)
     if near:
-        return f"did you mean {f'{table}.' if table else ''}{near[0]}?"
+        return f"did you mean {f'{table}.' if table else ''}{near}?"
     return f"known here: {', '.join(node.fields)}"
 
 

@@ -1,6 +1,5 @@
 """Scenes from plain values, and plain values and TOML from scenes."""
 
-import os
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from rtbow.base.errors import InputError
+from rtbow.base.files import absolute
 from rtbow.scene.model import Scene
 from rtbow.scene.text.errors import explain, line_text
 from rtbow.scene.text.lines import Lines
@@ -116,7 +116,7 @@ def _differing(before: Any, after: Any, place: str) -> Iterator[tuple[str, Any]]
 
 def resolve_paths(values: dict[str, Any], folder: Path) -> None:
     """Make the relative paths among a scene's values absolute, in place."""
-    _with_paths(values, lambda path: os.path.abspath(folder / path))
+    _with_paths(values, lambda path: absolute(folder / path))
 
 
 def scene_files(scene: Scene) -> tuple[str, ...]:

@@ -8,8 +8,6 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -22,6 +20,7 @@ from rtbow.scene.droplets import Droplets
 from rtbow.scene.lights import PointLight, SunLight
 from rtbow.scene.model import Scene
 from rtbow.view.picture.projection import Lines, View, part_views
+from rtbow.world.inputs import InputFile
 
 Kind = Literal["bow", "horizon", "grid", "box", "light", "antisolar"]
 
@@ -386,15 +385,21 @@ def box_of(droplets: Droplets) -> Array | None:
     """
     if droplets.file is None:
         return floats(droplets.box_m)
-    try:
-        stat = Path(droplets.file).stat()
-        return _file_box(droplets.file, stat.st_mtime_ns, stat.st_size)
-    except OSError:
-        return None
+    kept = _boxes.get(droplets.file)
+    if kept is None or not kept[0].unchanged:
+        if len(_boxes) >= _MOST_BOXES:
+            _boxes.clear()
+        # As it is before it is read, so that a later change is seen.
+        kept = _boxes[droplets.file] = InputFile.read(droplets.file), _file_box(droplets.file)
+    return kept[1]
 
 
-@lru_cache(maxsize=16)
-def _file_box(path: str, _time: int, _size: int) -> Array | None:
+_boxes: dict[str, tuple[InputFile, Array | None]] = {}
+"""Volume files, and the boxes in them."""
+_MOST_BOXES = 16
+
+
+def _file_box(path: str) -> Array | None:
     try:
         with np.load(path, allow_pickle=False) as data:
             box = floats(data["box_m"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from datetime import UTC, date, datetime, timedelta, timezone
 
@@ -10,6 +11,7 @@ import pytest
 
 from rtbow.base.errors import InputError
 from rtbow.physics.light.sun_position import (
+    daylight,
     standard_pressure_hpa,
     sun_hours,
     sun_path,
@@ -20,6 +22,7 @@ GOLDEN = (39.742476, -105.1786)
 GOLDEN_AIR = {"elevation_m": 1830.14, "pressure_hpa": 820.0, "temperature_c": 11.0}
 GOLDEN_TIME = datetime(2003, 10, 17, 12, 30, 30, tzinfo=timezone(timedelta(hours=-7)))
 MUNICH = (48.137, 11.575)
+TROMSO = (69.65, 18.96)
 
 # Against NREL's Solar Position Algorithm, whose own uncertainty is 0.0003 degrees.
 DIRECTION_DEG = 0.0003
@@ -183,7 +186,44 @@ class TestPath:
         with pytest.raises(
             InputError, match=rf"on {day}: .*\({what}\).*choose another date or place"
         ):
-            sun_path(*place, day, 5)
+            sun_hours(*place, day)
+
+    def test_the_midnight_sun(self):
+        """At solstice the sun stands at latitude + 23.44 - 90 degrees at midnight, without
+        refraction, and at 113.44 - latitude at noon; in the north in either case."""
+        first, noon, last = sun_path(*TROMSO, date(2024, 6, 21), 3)
+        for midnight in (first, last):
+            assert midnight.altitude_deg == pytest.approx(TROMSO[0] + 23.44 - 90.0 + 0.22, abs=0.02)
+            assert min(midnight.azimuth_deg, 360.0 - midnight.azimuth_deg) < 0.01
+        assert noon.altitude_deg == pytest.approx(113.44 - TROMSO[0] + 0.02, abs=0.02)
+        assert noon.azimuth_deg == pytest.approx(180.0, abs=0.1)
+        day = last.time - first.time
+        assert timedelta(hours=23, minutes=59) < day < timedelta(hours=24, minutes=1)
+
+    def test_from_the_last_sunrise_to_the_first_sunset(self):
+        """One day has a sunrise alone, a later one a sunset alone, the days between neither; the
+        midnight sun of Tromso lasts from about 18 May to 25 July."""
+        found = {}
+        for number in range(366):
+            day = date(2024, 1, 1) + timedelta(days=number)
+            with contextlib.suppress(InputError):  # polar night
+                light = daylight(*TROMSO, day)
+                assert (
+                    timedelta() < light.hours[1] - light.hours[0] < timedelta(hours=24, minutes=5)
+                )
+                assert min(p.altitude_deg for p in sun_path(*TROMSO, day, 5)) > -0.3
+                found.setdefault((light.rises, light.sets), []).append(day)
+        (rises,), (sets,) = found[True, False], found[False, True]
+        assert date(2024, 5, 15) < rises < date(2024, 5, 20)
+        assert date(2024, 7, 23) < sets < date(2024, 7, 28)
+        assert found[False, False][0] == rises + timedelta(days=1)
+        assert found[False, False][-1] == sets - timedelta(days=1)
+
+    def test_a_polar_night_in_numbers(self):
+        """At solstice the centre reaches 66.56 degrees less the latitude; noon at 18.96 E is 76
+        minutes before Greenwich's, less the equation of time (2 minutes)."""
+        with pytest.raises(InputError, match=r"noon, 10:4[23] UTC.* at -3\.09 degrees.*-0\.83"):
+            sun_path(*TROMSO, date(2024, 12, 21), 5)
 
     def test_the_year_at_the_polar_circle_has_a_path_or_says_why_not(self):
         found = set()
