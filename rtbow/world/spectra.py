@@ -184,8 +184,8 @@ def _unknown(name: str) -> str:
     series = _series(plain)
     same = [known for known in folded if _series(known) == series]
     near = difflib.get_close_matches(plain.lower(), same, n=3, cutoff=0.4)
-    if plain.lower() in folded:
-        near = [plain.lower()]
+    for exact in (re.sub(r"(?<=\d)[A-Za-z]+$", "", plain).lower(), plain.lower()):
+        near = [exact] if exact in folded else near
     hint = f"; did you mean {', '.join(folded[n] for n in near)}?" if near else "."
     return f"{head}{hint} {allowed}"
 

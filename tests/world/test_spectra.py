@@ -176,7 +176,7 @@ def test_letters_alone_do_not_mislead(wrong, said):
     [("F11", "FL11"), ("CIE D65", "D65"), ("illuminant a", "A"), ("D65K", "D65")],
 )
 def test_other_names_of_illuminants(wrong, meant):
-    with pytest.raises(InputError, match=f"did you mean {meant}[,?]"):
+    with pytest.raises(InputError, match=rf"did you mean {meant}\?"):
         load_spectrum(wrong)
 
 
