@@ -15,6 +15,7 @@ from rtbow.cli.options import (
     Drawing,
     WholeNumber,
     drawing_options,
+    echo_notes,
     progress_bar,
     quiet_option,
     scene_argument,
@@ -139,8 +140,9 @@ def animate(
         if not wanted.films:
             raise InputError(f"--fps {fps:g} goes with a film; add one, such as -o film.mp4")
     positions = () if sun_path is None else sun_path.positions(count)
+    animation = plan_animation(scene, overrides, count, moves, positions)
     report = sequence.animate(
-        plan_animation(scene, overrides, count, moves, positions),
+        animation,
         wanted,
         method=drawing.method,
         backend=drawing.backend,
@@ -157,6 +159,7 @@ def animate(
         left = frames_beyond(wanted, count)
         if left:
             click.echo(_left_over(left), err=True)
+        echo_notes(animation.scene)
 
 
 def _summary(report: Report, method: MethodName) -> str:

@@ -22,6 +22,7 @@ from rtbow.cli.animate import animate
 from rtbow.cli.bench import bench
 from rtbow.cli.chart import chart
 from rtbow.cli.figures import figures
+from rtbow.cli.info import info
 from rtbow.cli.render import render
 from rtbow.cli.table import table
 from rtbow.cli.view import view
@@ -55,33 +56,7 @@ def scenes() -> None:
         click.echo(f"{name:<{width}}  {scene_title(path)}")
 
 
-@rtbow.command()
-def info() -> None:
-    """Show the GL backends that work here, versions, and the cache.
-
-    Example: rtbow info
-    """
-    import platform
-
-    from rtbow.base.cache import cache_dir, cache_size
-    from rtbow.gl.context import probe_backends
-
-    click.echo(f"rtbow {__version__}, Python {platform.python_version()}, {platform.platform()}")
-    for report in probe_backends():
-        if report.ok:
-            click.echo(f"{report.backend:<8}works: {report.renderer}, OpenGL {report.version}")
-        else:
-            click.echo(f"{report.backend:<8}does not work: {report.reason}")
-            if report.help:
-                click.echo(f"{'':<8}{report.help}")
-    from importlib.metadata import version
-
-    names = ("moderngl", "glfw", "numpy", "scipy", "numba", "colour-science", "OpenEXR")
-    click.echo("packages: " + ", ".join(f"{name} {version(name)}" for name in names))
-    click.echo(f"cache: {cache_dir()}, {cache_size() / 2**20:.1f} MiB")
-
-
-for _verb in (animate, bench, chart, figures, render, table, view):
+for _verb in (animate, bench, chart, figures, info, render, table, view):
     rtbow.add_command(_verb)
 
 

@@ -13,6 +13,7 @@ from rtbow.cli.options import (
     Drawing,
     WholeNumber,
     drawing_options,
+    echo_notes,
     progress_bar,
     quiet_option,
     scene_argument,
@@ -107,6 +108,7 @@ def render(
             click.echo(path, err=streams)
         if drawing.method == "auto":  # not among the paths, which scripts read
             click.echo(_chosen(renderer), err=True)
+        echo_notes(loaded)
 
 
 def _check_stream(asked: bool, stream_format: str | None) -> None:

@@ -21,3 +21,10 @@ SCALE_HEIGHT_M = 7994.0
 
 SUN_DIAMETER_DEG = 0.533
 """The sun's disc across, at its mean distance."""
+
+
+SPEED_OF_LIGHT_M_PER_S = 299_792_458.0
+PLANCK_J_S = 6.62607015e-34
+ELEMENTARY_CHARGE_C = 1.602176634e-19
+AVOGADRO_PER_MOL = 6.02214076e23
+"""Exact, as the SI defines them (9th brochure, 2019)."""

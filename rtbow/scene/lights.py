@@ -1,5 +1,8 @@
 """The lights of a scene: suns and lamps."""
 
+import os
+import re
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -15,7 +18,18 @@ _KIND = Field(
         "A sun's bow is a circle about the antisolar point; a lamp's is bent through the rain.",
     ),
 )
-_SPECTRUM = "E490, equal-energy, a CIE name (FL2, HP1, LED-B3) or a CSV file of wavelength_nm,value"
+E490 = "E490"
+EQUAL_ENERGY = "equal-energy"
+_SPECTRUM = (
+    "E490, equal-energy, a CIE name (FL2, HP1, LED-B3) or a file of wavelengths and values, "
+    "such as lamp.csv, or lamp.csv#3 for its third column"
+)
+_BEYOND = Field(
+    description="what a spectrum file that ends within 380-780 nm has beyond: zero for no light, "
+    "hold for its last value; left out: such a file is refused",
+    json_schema_extra=shown_as("", "Light at the ends of the rainbow that was not measured."),
+)
+Beyond = Literal["zero", "hold"]
 
 
 class SunLight(Table):
@@ -44,6 +58,7 @@ class SunLight(Table):
             "", "The colours that the bow can have: a line spectrum gives separate lines."
         ),
     )
+    beyond: Annotated[Beyond | None, _BEYOND] = None
     angular_diameter_deg: float = Field(
         SUN_DIAMETER_DEG,
         ge=0,
@@ -85,6 +100,7 @@ class PointLight(Table):
             "", "The colours that the bow can have: a sodium lamp's is yellow throughout."
         ),
     )
+    beyond: Annotated[Beyond | None, _BEYOND] = None
     luminous_flux_lm: float = Field(
         gt=0,
         le=1e12,
@@ -104,3 +120,24 @@ class PointLight(Table):
 
 
 Light = Annotated[SunLight | PointLight, Field(discriminator="type")]
+
+
+def spectrum_file(spectrum: str, folder: Path | None = None) -> str:
+    """Return the path of the file that a light's spectrum names; nothing if it is a name.
+
+    Args:
+        spectrum: the key's value: a name, or a path, perhaps with ``#column`` behind it.
+        folder: where relative paths start; the current folder if None.
+    """
+    start = folder or Path()
+    path, mark, _ = spectrum.rpartition("#")
+    if not mark or os.path.exists(start / spectrum):
+        path = spectrum
+    # FL3.1 and AM1.5 are names: a file's suffix begins with a letter.
+    if re.search(r"[/\\]|\.[A-Za-z_]\w*$", path):
+        return path
+    if not os.path.isfile(start / path):
+        return path if mark and path != spectrum else ""
+    from rtbow.physics.light.cie import illuminant_names
+
+    return "" if path in (E490, EQUAL_ENERGY, *illuminant_names()) else path

@@ -17,9 +17,10 @@ from rtbow.frames.display import auto_exposure_ev, display
 from rtbow.frames.plot import caption, new_figure, save, style
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
+from rtbow.scene.lights import E490
 from rtbow.study.charts import THEORY_NAMES, Setup, check_angles, check_range, opposite
 from rtbow.tables.sections import Theory
-from rtbow.world.spectra import E490, load_spectrum
+from rtbow.world.spectra import load_spectrum
 
 Normalise = Literal["column", "none"]
 

@@ -11,9 +11,9 @@ from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError
 from rtbow.physics.geometry import direction
 from rtbow.physics.light.spectrum import Spectrum, luminous
-from rtbow.scene.lights import PointLight, SunLight
+from rtbow.scene.lights import E490, PointLight, SunLight
 from rtbow.scene.model import Scene
-from rtbow.world.spectra import E490, load_spectrum
+from rtbow.world.spectra import load_spectrum, spectrum_notes
 
 NEAREST_M = 1e-3
 """Rays pass the centre of a point lamp no nearer than this: through the centre the integral of 1/d²
@@ -53,7 +53,7 @@ class Lamp:
 
 
 def _sun(light: SunLight) -> Sun:
-    spectrum = load_spectrum(light.spectrum)
+    spectrum = load_spectrum(light.spectrum, light.beyond)
     if light.irradiance_w_m2 is not None:
         spectrum = spectrum.scaled(light.irradiance_w_m2)
     elif not spectrum.absolute:
@@ -67,7 +67,7 @@ def _sun(light: SunLight) -> Sun:
 
 
 def _lamp(light: PointLight) -> Lamp:
-    spectrum = load_spectrum(light.spectrum)
+    spectrum = load_spectrum(light.spectrum, light.beyond)
     # The flux leaves into 4 pi: intensity is the flux's spectrum over that.
     watts = spectrum.visible * light.luminous_flux_lm / luminous(spectrum)
     return Lamp(
@@ -101,3 +101,14 @@ def lamps(scene: Scene) -> tuple[Lamp, ...]:
         InputError: a spectrum is unknown or its file unusable.
     """
     return tuple(light for light in _resolved(scene) if isinstance(light, Lamp))
+
+
+def light_notes(scene: Scene) -> tuple[str, ...]:
+    """Give what is doubtful about the files of the lights' spectra, in both parts of a scene.
+
+    Raises:
+        InputError: a spectrum is unknown or its file unusable.
+    """
+    lights = [light for part, _ in scene.parts() for light in part.light]
+    notes = [note for light in lights for note in spectrum_notes(light.spectrum, light.beyond)]
+    return tuple(dict.fromkeys(notes))

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
-import math
+import os
+import re
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from rtbow.base.errors import CHECK_PATH, InputError
+from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.light.cie import illuminant_names, standard_arrays
 from rtbow.physics.light.spectrum import Spectrum
+from rtbow.scene.lights import E490, EQUAL_ENERGY, Beyond, spectrum_file
+from rtbow.world.measured.read import Measured, read_spectrum
+from rtbow.world.measured.source import file_state
 
-E490 = "E490"
-EQUAL_ENERGY = "equal-energy"
-_EXPECTED = f"two or more lines wavelength_nm,value over {VISIBLE_NM[0]:g}-{VISIBLE_NM[1]:g} nm"
+_VISIBLE = f"{VISIBLE_NM[0]:g}-{VISIBLE_NM[1]:g} nm"
+_EDGE_NM = 1e-6
+"""How soon a spectrum falls to zero beyond its last point."""
+_ROUNDING_NM = 0.05
+"""What a range may lack at its ends, the finest step of a scene: numbers in cm⁻¹ are rounded."""
 
 
 def spectrum_names() -> list[str]:
@@ -26,102 +32,163 @@ def spectrum_names() -> list[str]:
     return [E490, EQUAL_ENERGY, *illuminant_names()]
 
 
-@lru_cache(maxsize=64)
-def load_spectrum(name_or_path: str) -> Spectrum:
-    """Load a spectrum by name, or from a user's CSV file.
+def load_spectrum(name_or_path: str, beyond: Beyond | None = None) -> Spectrum:
+    """Load a spectrum by name, or from a user's file.
+
+    A file is read anew when its content has changed.
 
     Args:
-        name_or_path: ``E490``, ``equal-energy``, a CIE name such as ``FL2``, or a path that ends
-            in ``.csv``.
+        name_or_path: ``E490``, ``equal-energy``, a CIE name such as ``FL2``, or a path, perhaps
+            with the column behind it, as in ``lamp.csv#3``.
+        beyond: what a file that ends within 380-780 nm has there; None refuses it.
 
     Raises:
-        InputError: unknown name (nearest named), or a file that does not hold a spectrum over
-            380-780 nm.
+        InputError: unknown name, or a file that does not hold a spectrum over 380-780 nm.
     """
-    if name_or_path == E490:
-        table = np.loadtxt(
-            resource_dir("data") / "astm_e490_00a.csv", delimiter=",", skiprows=4, dtype=np.float64
-        )
+    if name_or_path in spectrum_names():
+        return _named(name_or_path)
+    return load_measured(name_or_path, beyond).spectrum
+
+
+def load_measured(name_or_path: str, beyond: Beyond | None = None) -> Measured:
+    """Load a spectrum from a user's file, with what was understood of the file.
+
+    Args:
+        name_or_path: a path, perhaps with the column behind it.
+        beyond: as for :func:`load_spectrum`.
+
+    Raises:
+        InputError: as for :func:`load_spectrum`.
+    """
+    path = spectrum_file(name_or_path)
+    if not path:
+        if os.path.isdir(name_or_path):
+            raise InputError(f"{name_or_path}: is a folder; name a spectrum's file in it")
+        raise InputError(_unknown(name_or_path))
+    column = name_or_path[len(path) + 1 :]
+    return _measured(path, column, beyond, file_state(Path(path)))
+
+
+def spectrum_notes(name_or_path: str, beyond: Beyond | None = None) -> tuple[str, ...]:
+    """Give what is doubtful about a spectrum's file, and what was done about it.
+
+    Raises:
+        InputError: as for :func:`load_spectrum`.
+    """
+    if name_or_path in spectrum_names():
+        return ()
+    return load_measured(name_or_path, beyond).notes
+
+
+@lru_cache(maxsize=64)
+def _named(name: str) -> Spectrum:
+    if name == E490:
+        # Opened here: given a path, NumPy asks for the current folder, which may be gone.
+        with (resource_dir("data") / "astm_e490_00a.csv").open(encoding="utf-8") as file:
+            table = np.loadtxt(file, delimiter=",", skiprows=4, dtype=np.float64)
         return Spectrum(E490, table[:, 0], table[:, 1], absolute=True)
-    if name_or_path == EQUAL_ENERGY:
+    if name == EQUAL_ENERGY:
         return Spectrum(EQUAL_ENERGY, np.array(VISIBLE_NM), np.ones(2))
-    if name_or_path.lower().endswith(".csv"):
-        return _read_csv(Path(name_or_path))
-    table_or_none = standard_arrays().get(f"illuminant:{name_or_path}")
-    if table_or_none is None:
-        names = spectrum_names()
-        folded = {n.lower(): n for n in names}
-        near = difflib.get_close_matches(name_or_path.lower(), list(folded), n=3, cutoff=0.4)
-        hint = ", ".join(folded[n] for n in near) or f"{E490}, {EQUAL_ENERGY}, FL2, HP1, LED-B3"
-        raise InputError(
-            f"spectrum {name_or_path!r} is not known; did you mean {hint}? Allowed: {E490}, "
-            f"{EQUAL_ENERGY}, a CIE illuminant's name, or a path to a .csv file"
-        )
-    return Spectrum(name_or_path, table_or_none[0], table_or_none[1])
+    nm, values = standard_arrays()[f"illuminant:{name}"]
+    return Spectrum(name, nm, values)
 
 
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
-def _read_csv(path: Path) -> Spectrum:
-    """Read ``wavelength_nm,value`` lines; one header line and ``#`` comments are allowed."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [(n, row) for n, row in enumerate(csv.reader(file), 1)]
-    except FileNotFoundError:
-        raise InputError(
-            f"{path}: spectrum file not found; {CHECK_PATH}; must hold {_EXPECTED}; or name"
-            f" {E490}, {EQUAL_ENERGY} or a CIE illuminant such as FL2"
-        ) from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
-            f"{path}: cannot be read as a CSV spectrum ({error}); must hold {_EXPECTED}"
-        ) from None
-
-    points: list[tuple[float, float]] = []
-    header_allowed = True
-    for line, row in rows:
-        if not row or not "".join(row).strip() or row[0].lstrip().startswith("#"):
-            continue
-        numbers = [_number(cell) for cell in row]
-        if header_allowed and not points and numbers[0] is None:
-            header_allowed = False
-            continue
-        if len(row) != 2 or numbers[0] is None or numbers[1] is None:
-            raise InputError(
-                f"{path}:{line}: expected two numbers wavelength_nm,value; got {','.join(row)!r}"
-            )
-        wavelength, value = numbers[0], numbers[1]
-        if not (math.isfinite(wavelength) and math.isfinite(value)):
-            raise InputError(f"{path}:{line}: NaN and infinity are not allowed")
-        if value < 0.0:
-            raise InputError(f"{path}:{line}: value {value:g} is negative; must be 0 or more")
-        if points and wavelength <= points[-1][0]:
-            raise InputError(
-                f"{path}:{line}: wavelength {wavelength:g} nm does not follow {points[-1][0]:g} nm;"
-                " sort the lines by increasing wavelength"
-            )
-        points.append((wavelength, value))
-    if len(points) < 2:
-        raise InputError(f"{path}: holds no spectrum; must hold {_EXPECTED}")
-    if points[0][0] > VISIBLE_NM[0] or points[-1][0] < VISIBLE_NM[1]:
-        raise InputError(
-            f"{path}: covers {points[0][0]:g}-{points[-1][0]:g} nm; must reach"
-            f" {VISIBLE_NM[0]:g}-{VISIBLE_NM[1]:g} nm (add zeros where the light has nothing)"
-        )
-    table = np.array(points)
-    spectrum = Spectrum(path.name, table[:, 0], table[:, 1])
+@lru_cache(maxsize=16)
+def _measured(path: str, column: str, beyond: Beyond | None, state: str) -> Measured:
+    """Read a file whose content has the digest ``state``."""
+    measured = read_spectrum(Path(path), column)
+    spectrum = _over_the_visible(path, measured, beyond)
     if spectrum.visible and not 1e-30 < spectrum.visible < 1e30:
         raise InputError(
             f"{path}: integrates to {spectrum.visible:.1e} over the visible; scale the values to"
             " between 1e-30 and 1e30 (a light's strength is set in the scene)"
         )
     if not spectrum.visible > 0.0:
+        raise InputError(f"{path}: is zero over {_VISIBLE}; give a light")
+    return replace(measured, spectrum=spectrum)
+
+
+def _over_the_visible(path: str, measured: Measured, beyond: Beyond | None) -> Spectrum:
+    """Give a spectrum from 380 to 780 nm, by what it is to have beyond its ends."""
+    spectrum, (low, high) = measured.spectrum, VISIBLE_NM
+    first, last = measured.range_nm
+    if first <= low and last >= high:
+        return spectrum
+    if first <= low + _ROUNDING_NM and last >= high - _ROUNDING_NM:
+        return _extended(spectrum, "hold")
+    unit = "" if measured.abscissa == "nm" else f" (from {measured.abscissa})"
+    covers = f"{path}: covers {first:g}-{last:g} nm{unit}; must reach {_VISIBLE}; "
+    if last <= low or first >= high:
+        raise InputError(f"{covers}give the spectrum of a light that is visible")
+    if beyond is None:
         raise InputError(
-            f"{path}: is zero over {VISIBLE_NM[0]:g}-{VISIBLE_NM[1]:g} nm; give a light"
+            f'{covers}set the light\'s key beyond to "zero" (no light there) or "hold" (the last'
+            " value goes on), or add what is missing"
         )
-    return spectrum
+    return _extended(spectrum, beyond)
+
+
+def _extended(spectrum: Spectrum, beyond: Beyond) -> Spectrum:
+    """Give a spectrum with points up to 380 and 780 nm where it ends short of them."""
+    (low, high), nm, values = VISIBLE_NM, spectrum.wavelength_nm, spectrum.value
+    before: list[tuple[float, float]] = []
+    after: list[tuple[float, float]] = []
+    if nm[0] > low:
+        zero = [(low, 0.0), (max(nm[0] - _EDGE_NM, low + 0.5 * (nm[0] - low)), 0.0)]
+        before = [(low, float(values[0]))] if beyond == "hold" else zero
+    if nm[-1] < high:
+        zero = [(min(nm[-1] + _EDGE_NM, high - 0.5 * (high - nm[-1])), 0.0), (high, 0.0)]
+        after = [(high, float(values[-1]))] if beyond == "hold" else zero
+    return Spectrum(
+        spectrum.name,
+        np.concatenate([[x for x, _ in before], nm, [x for x, _ in after]]),
+        np.concatenate([[y for _, y in before], values, [y for _, y in after]]),
+    )
+
+
+# --- Names that are not known ------------------------------------------------------------------
+
+_OTHERS = {
+    r"am ?0|sun|solar|sunlight|astm.?e.?490": f"sunlight above the air (AM0) is called {E490}",
+    r"am ?[\d.]+[gd]?|astm.?g.?173": (
+        f"sunlight at the ground is {E490} with [atmosphere] in the scene, or a file: ASTM G-173"
+        " as NREL or pvlib give it"
+    ),
+    r"[\d.]+ ?k|cct.*|black.?body|planck.*": (
+        "black bodies and colour temperatures have no names; give a file, or a CIE illuminant: A"
+        " is one of 2856 K, D65 daylight of 6504 K"
+    ),
+    r"flat|white|constant|uniform|equal.*": f"a constant spectrum is called {EQUAL_ENERGY}",
+    r"laser|mono.*|[\d.]+ ?nm": "single lines have no names; give a file",
+}
+
+
+def _unknown(name: str) -> str:
+    """Say that a name is not known, and what may be meant.
+
+    Letters alone mislead: AM0 is no illuminant A, and 5800K no D50. Near are names of the same
+    series, the letters before the first digit.
+    """
+    head = f"spectrum {name[:60]!r} is not known"
+    allowed = (
+        f"Allowed: {E490}, {EQUAL_ENERGY}, a CIE illuminant's name such as FL2, HP1 or LED-B3, or a"
+        " path to a file, such as lamp.csv"
+    )
+    for pattern, what in _OTHERS.items():
+        if re.fullmatch(pattern, name.strip(), re.I):
+            return f"{head}; {what}. {allowed}"
+    plain = re.sub(r"(?i)^(?:cie|illuminant|std|standard)[ _-]*", "", name.strip())
+    if numbered := re.fullmatch(r"[Ff](\d.*)", plain):
+        plain = f"FL{numbered[1]}"
+    folded = {known.lower(): known for known in spectrum_names()}
+    series = _series(plain)
+    same = [known for known in folded if _series(known) == series]
+    near = difflib.get_close_matches(plain.lower(), same, n=3, cutoff=0.4)
+    for exact in (re.sub(r"(?<=\d)[A-Za-z]+$", "", plain).lower(), plain.lower()):
+        near = [exact] if exact in folded else near
+    hint = f"; did you mean {', '.join(folded[n] for n in near)}?" if near else "."
+    return f"{head}{hint} {allowed}"
+
+
+def _series(name: str) -> str:
+    return re.split(r"\d", name.lower())[0].strip(" -_")

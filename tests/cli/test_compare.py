@@ -169,7 +169,7 @@ def test_none_takes_the_comparison_out():
         (
             "light = [{ foo = 3 }]",
             "compare.right: unknown key light.0.foo; known here: type, altitude_deg, azimuth_deg, "
-            "spectrum, angular_diameter_deg, irradiance_w_m2",
+            "spectrum, beyond, angular_diameter_deg, irradiance_w_m2",
         ),
         (
             "camera.size_px = [20, 9]",

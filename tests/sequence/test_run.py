@@ -25,7 +25,6 @@ from rtbow.physics.light.sun_position import sun_path
 from rtbow.scene.text.file import load_scene
 from rtbow.sequence.animation import Move, parse_move, plan_animation
 from rtbow.sequence.run import sequence_exposure_ev
-from rtbow.world.spectra import load_spectrum
 
 pytestmark = pytest.mark.slow
 
@@ -709,7 +708,6 @@ def test_what_the_scene_names_counts_for_the_exposure(call, tmp_path):
     assert call(*args).code == 0
     first = {png_texts(f"{k}.png")["exposureEV100"] for k in range(5)}
     (tmp_path / "lamp.csv").write_text("380,1\n500,1\n501,0\n780,0\n")
-    load_spectrum.cache_clear()  # as in a process of its own
     assert call(*args).err.startswith("5 frames drawn")
     second = {png_texts(f"{k}.png")["exposureEV100"] for k in range(5)}
     assert len(first) == len(second) == 1

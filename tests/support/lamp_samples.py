@@ -1,4 +1,4 @@
-"""Scenes with lamps that the tests take apart."""
+"""Scenes with lamps that the tests take apart, and a lamp's spectrum as files hold it."""
 
 import numpy as np
 
@@ -35,3 +35,16 @@ def make(camera=None, lights=None, droplets=None, render=None, **changes):
         "render": {"wavelength_step_nm": STEP_NM} | (render or {}),
     }
     return Scene.model_validate(parts | changes)
+
+
+FILE_NM = np.arange(380.0, 781.0, 5.0)
+FILE_VALUES = np.exp(-0.5 * ((FILE_NM - 560.0) / 80.0) ** 2)
+"""A lamp's spectrum for files: a Gaussian."""
+FILE_VISIBLE = float(np.sum(2.5 * (FILE_VALUES[1:] + FILE_VALUES[:-1])))
+"""Its integral along straight lines from point to point."""
+
+
+def rows(x=FILE_NM, y=FILE_VALUES, separator=",", decimal="."):
+    """Give lines of two numbers, with all their digits."""
+    lines = (f"{float(a)!r}{separator}{float(b)!r}\n" for a, b in zip(x, y, strict=True))
+    return "".join(lines).replace(".", decimal)

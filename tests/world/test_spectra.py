@@ -1,4 +1,4 @@
-"""Spectra: published totals, exact bins, lamps by name, and every way a CSV file can be wrong."""
+"""Spectra: published totals, exact bins, lamps by name, and every way a file can be wrong."""
 
 import numpy as np
 import pytest
@@ -150,77 +150,108 @@ def test_unknown_name_names_the_nearest(wrong, meant):
     assert meant in message.split("Allowed")[0]
 
 
-class TestCsv:
-    def write(self, folder, text, name="lamp.csv"):
-        path = folder / name
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return path
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("AM0", "sunlight above the air (AM0) is called E490"),
+        ("sun", "is called E490"),
+        ("AM1.5", "sunlight at the ground"),
+        ("AM1.5G", "sunlight at the ground"),
+        ("5800K", "colour temperatures have no names"),
+        ("5800 K", "colour temperatures have no names"),
+        ("blackbody", "have no names"),
+        ("white", "is called equal-energy"),
+        ("532nm", "have no names"),
+    ],
+)
+def test_letters_alone_do_not_mislead(wrong, said):
+    with pytest.raises(InputError) as caught:
+        load_spectrum(wrong)
+    assert said in str(caught.value)
+    assert "did you mean" not in str(caught.value)
 
-    def test_reads_what_a_spreadsheet_saves(self, tmp_path):
-        text = (
-            "\ufeff# a lamp\r\nwavelength (nm),power\r\n\r\n"
-            "380,0\r\n 500.5 , 2e0\r\n# half-way\r\n780,0\r\n"
-        )
-        spectrum = load_spectrum(str(self.write(tmp_path, text)))
-        np.testing.assert_array_equal(spectrum.wavelength_nm, [380.0, 500.5, 780.0])
-        np.testing.assert_array_equal(spectrum.value, [0.0, 2.0, 0.0])
-        assert not spectrum.absolute
-        assert spectrum.visible == pytest.approx(400.0)
 
-    def test_may_reach_beyond_the_visible(self, tmp_path):
-        path = self.write(tmp_path, "300,1\n900,1\n", "WIDE.CSV")
-        assert load_spectrum(str(path)).visible == pytest.approx(400.0)
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [("F11", "FL11"), ("CIE D65", "D65"), ("illuminant a", "A"), ("D65K", "D65")],
+)
+def test_other_names_of_illuminants(wrong, meant):
+    with pytest.raises(InputError, match=rf"did you mean {meant}\?"):
+        load_spectrum(wrong)
 
-    @pytest.mark.parametrize(
-        ("text", "line", "said"),
-        [
-            ("", None, "holds no spectrum"),
-            ("wavelength_nm,value\n", None, "holds no spectrum"),
-            ("# nothing\n\n", None, "holds no spectrum"),
-            ("380,1\n", None, "holds no spectrum"),
-            ("380,1\n600,1\n500,1\n780,1\n", 3, "sort"),
-            ("380,1\n500,1\n500,2\n780,1\n", 3, "sort"),
-            ("380,1\n500,red\n780,1\n", 2, "two numbers"),
-            ("nm,W\nagain,W\n380,1\n780,1\n", 2, "two numbers"),
-            ("380,1\n500,nan\n780,1\n", 2, "NaN"),
-            ("380,1\n500,inf\n780,1\n", 2, "infinity"),
-            ("380,1\nnan,1\n780,1\n", 2, "NaN"),
-            ("380,1\n500,-0.5\n780,1\n", 2, "negative"),
-            ("400,1\n780,1\n", None, "covers 400-780 nm"),
-            ("380,1\n700,1\n", None, "covers 380-700 nm"),
-            ("380,0\n780,0\n", None, "zero over"),
-            ("300,5\n379,0\n800,0\n", None, "zero over"),
-            ("380\n780\n", 1, "two numbers"),
-            ("380,1,2\n780,1,2\n", 1, "two numbers"),
-            ("380;1\n780;1\n600;1\n", 2, "two numbers"),
-            ("380,\n780,1\n", 1, "two numbers"),
-            (b"\x89PNG\r\n\x1a\n\x00\x00\xff\xfe", None, "cannot be read"),
-            (b"380,1\n780,\xff\n", None, "cannot be read"),
-        ],
-    )
-    def test_bad_file(self, tmp_path, text, line, said):
-        path = self.write(tmp_path, text)
-        with pytest.raises(InputError) as caught:
-            load_spectrum(str(path))
-        message = str(caught.value)
-        assert message.startswith(f"{path}:{line}: " if line else f"{path}: ")
-        assert said in message
 
-    def test_missing_file(self, tmp_path):
-        path = tmp_path / "none.csv"
-        with pytest.raises(InputError, match="not found") as caught:
-            load_spectrum(str(path))
-        assert str(caught.value).startswith(f"{path}: ")
+def test_names_of_no_series_have_no_hint():
+    with pytest.raises(InputError) as caught:
+        load_spectrum("lantern")
+    assert "did you mean" not in str(caught.value)
 
-    def test_directory(self, tmp_path):
-        path = tmp_path / "folder.csv"
-        path.mkdir()
-        with pytest.raises(InputError) as caught:
-            load_spectrum(str(path))
-        assert str(caught.value).startswith(f"{path}: cannot be read")
 
-    def test_nul_bytes(self, tmp_path):
-        path = self.write(tmp_path, b"380,1\n500,\x00\n780,1\n")
-        with pytest.raises(InputError) as caught:
-            load_spectrum(str(path))
-        assert str(path) in str(caught.value)
+@pytest.mark.parametrize("name", ["none.csv", "none.txt", "none.spdx", "lamps/none", "none#2"])
+def test_a_file_that_is_not_there(tmp_path, name):
+    path = tmp_path / name
+    with pytest.raises(InputError, match="spectrum file not found; check the path") as caught:
+        load_spectrum(str(path))
+    assert str(caught.value).startswith(str(path).partition("#")[0])
+
+
+@pytest.mark.parametrize("name", ["lamp", "LAMP.CSV", "lamp.txt", "lamp.with.dots.1"])
+def test_any_file_is_read_whatever_its_name(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_text("\ufeff# a lamp\r\nnm,v\r\n\r\n380,0\r\n 500.5 , 2e0\r\n780,0\r\n")
+    spectrum = load_spectrum(name)
+    np.testing.assert_array_equal(spectrum.wavelength_nm, [380.0, 500.5, 780.0])
+    np.testing.assert_array_equal(spectrum.value, [0.0, 2.0, 0.0])
+    assert not spectrum.absolute
+
+
+def test_a_known_name_is_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "FL2").write_text("380,1\n780,1\n")
+    assert load_spectrum("FL2").visible != 400.0
+
+
+def test_a_folder_is_no_spectrum(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "folder").mkdir()
+    for name in ("folder.csv", "folder", "."):
+        with pytest.raises(InputError, match="is a folder"):
+            load_spectrum(name)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "said"),
+    [
+        (b"", None, "holds no spectrum"),
+        (b"# nothing\n\n", None, "holds no spectrum"),
+        (b"wavelength_nm,value\n", None, "holds no table of numbers"),
+        (b"380\n780\n", None, "holds no table of numbers"),
+        (b"380,1\n", None, "a single point"),
+        (b"380,1\n600,1\n500,1\n780,1\n", 3, "sort"),
+        (b"780,1\n500,1\n600,1\n380,1\n", 3, "sort"),
+        (b"380,1\n500,1\n500,2\n780,1\n", 3, "sort"),
+        (b"380,1\n500,red\n780,1\n", 2, "two numbers"),
+        (b"380,1\n500,nan\n780,1\n", 2, "NaN"),
+        (b"380,1\n500,inf\n780,1\n", 2, "infinity"),
+        (b"380,1\nnan,1\n780,1\n", 2, "NaN"),
+        (b"380,1\n500,-0.5\n780,1\n", 2, "negative"),
+        (b"-380,1\n500,5\n780,1\n", 1, "no wavelength"),
+        (b"380,0\n780,0\n", None, "zero over"),
+        (b"300,5\n379,0\n800,0\n", None, "zero over"),
+        (b"380,1e-320\n780,0\n", None, "scale the values"),
+        (b"380,1e300\n780,1e300\n", None, "scale the values"),
+        (b"380,1,2\n780,1,2\n", None, "2 columns of values"),
+        (b"380;1\n780;1\n600;1\n", 3, "sort"),
+        (b"\x89PNG\r\n\x1a\n\x00\x00\xff\xfe", None, "is not text"),
+        (b"380,1\n780,\xff\n", 2, "two numbers"),
+        (b"380,1\n500,\x00\n780,1\n", None, "is not text"),
+    ],
+)
+def test_bad_files(tmp_path, text, line, said):
+    path = tmp_path / "lamp.csv"
+    path.write_bytes(text)
+    with pytest.raises(InputError) as caught:
+        load_spectrum(str(path))
+    message = str(caught.value)
+    assert message.startswith(f"{path}:{line}: " if line else f"{path}: ")
+    assert said in message

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from rtbow.base.errors import InputError
 from rtbow.base.files import absolute
+from rtbow.scene.lights import spectrum_file
 from rtbow.scene.model import Scene
 from rtbow.scene.text.errors import explain, line_text
 from rtbow.scene.text.lines import Lines
@@ -116,7 +117,7 @@ def _differing(before: Any, after: Any, place: str) -> Iterator[tuple[str, Any]]
 
 def resolve_paths(values: dict[str, Any], folder: Path) -> None:
     """Make the relative paths among a scene's values absolute, in place."""
-    _with_paths(values, lambda path: absolute(folder / path))
+    _with_paths(values, lambda path: absolute(folder / path), folder)
 
 
 def scene_files(scene: Scene) -> tuple[str, ...]:
@@ -124,7 +125,7 @@ def scene_files(scene: Scene) -> tuple[str, ...]:
     paths: list[str] = []
 
     def note(path: str) -> str:
-        paths.append(path)
+        paths.append(spectrum_file(path) or path)
         return path
 
     _with_paths(values_of(scene), note)
@@ -152,28 +153,38 @@ def place_of(scene: Scene, key: str) -> str:
 _TYPED = re.compile(r"(?m)^# --set ([^=\s]+)=")
 
 
-def _with_paths(values: dict[str, Any], change: Callable[[str], str]) -> None:
-    """Change the paths of files among a scene's values, in place."""
-    _paths_in(values, change, "")
+def _with_paths(
+    values: dict[str, Any], change: Callable[[str], str], folder: Path | None = None
+) -> None:
+    """Change the paths of files among a scene's values, in place.
+
+    Args:
+        values: the scene's.
+        change: gives another path; a column may follow it, as in ``lamp.csv#3``.
+        folder: where paths start that are relative; the current folder if None.
+    """
+    _paths_in(values, change, "", folder)
     compare = values.get("compare")
     right = compare.get("right") if isinstance(compare, dict) else None
     if isinstance(right, dict):
-        _paths_in(right, change, "")
+        _paths_in(right, change, "", folder)
 
 
-def _paths_in(table: dict[str, Any], change: Callable[[str], str], place: str) -> None:
+def _paths_in(
+    table: dict[str, Any], change: Callable[[str], str], place: str, folder: Path | None
+) -> None:
     """Change paths in a table and those inside it; keys may be dotted, as in ``compare.right``."""
     for key, value in table.items():
         inner = f"{place}.{key}" if place else key
         if isinstance(value, dict) and re.fullmatch(r"droplets|light(\.[0-9]+)?", inner):
-            _paths_in(value, change, inner)
+            _paths_in(value, change, inner, folder)
         elif isinstance(value, list) and inner == "light":
             for light in value:
                 if isinstance(light, dict):
-                    _paths_in(light, change, "light.0")
+                    _paths_in(light, change, "light.0", folder)
         elif isinstance(value, str) and value:
             spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", inner)
-            if inner == "droplets.file" or (spectrum and value.lower().endswith(".csv")):
+            if inner == "droplets.file" or (spectrum and spectrum_file(value, folder)):
                 table[key] = change(value)
 
 

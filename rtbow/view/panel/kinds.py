@@ -231,18 +231,24 @@ def droplets_of_box(droplets: Droplets, kinds: Node) -> Values:
     }
 
 
-def problem_of_file(key: str, value: object) -> str:
+def problem_of_file(key: str, value: object, scene: Scene) -> str:
     """Say what is wrong with a file of rain or of a spectrum that a key is to name.
 
     Only a volume's list of arrays is read, since these may be large. Empty if nothing is wrong.
+
+    Args:
+        key: the key.
+        value: the file's name.
+        scene: the scene as it stands.
     """
     if not isinstance(value, str):
         return ""
     if key == "droplets.file":
         return _problem_of_volume(Path(value))
-    if re.fullmatch(r"light\.\d+\.spectrum", key):
+    if named := re.fullmatch(r"light\.(\d+)\.spectrum", key):
+        number = int(named[1])
         try:
-            load_spectrum(value)
+            load_spectrum(value, scene.light[number].beyond if number < len(scene.light) else None)
         except InputError as error:
             return str(error)
     return ""

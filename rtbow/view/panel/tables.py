@@ -129,7 +129,7 @@ class Tables:
         def change(value: object, gesture: object) -> str:
             if row.kind in ("path", "spectrum"):
                 value = value.strip() if isinstance(value, str) else value
-                problem = kinds.problem_of_file(row.path, value)
+                problem = kinds.problem_of_file(row.path, value, self._proposals.scene)
                 if problem:
                     return problem
             return self._proposals.change(self._change(row, value), gesture)
@@ -349,7 +349,7 @@ class Tables:
                 key, value = parse_set(str(text).removeprefix("--set").strip())
             except InputError as error:
                 return str(error)
-            problem = kinds.problem_of_file(key, value)
+            problem = kinds.problem_of_file(key, value, self._proposals.scene)
             return problem or self._proposals.change({RIGHT: {**every, key: value}}, gesture)
 
         width = rows.right_edge - rows.left

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
+from rtbow.scene.lights import E490, EQUAL_ENERGY, spectrum_file
 from rtbow.scene.text.overrides import plain
 from rtbow.scene.text.schema import toml_text
 from rtbow.view.panel.drafts import Set
@@ -19,7 +20,6 @@ from rtbow.view.window import look
 
 _TURN = 0.005
 """Share by which a pixel of dragging changes a number that has no range."""
-_CSV = ".csv"
 
 
 def read_number(text: str) -> object:
@@ -219,18 +219,18 @@ def spectrum(rows: Rows, row: Row, value: str, width: float, set_value: Set) -> 
     path = row.path
     draft = rows.drafts.text(path, value)
     if draft is not None:
-        hint = "path to a CSV file"
+        hint = "path to a file of wavelengths and values"
         rows.drafts.draw(path, draft, width, str, set_value, hint=hint)
         rows.note(path)
         return
     imgui.set_next_item_width(width)
-    own = value.lower().endswith(_CSV)
+    own = bool(spectrum_file(value))
     flags = imgui.ComboFlags_.height_large
     is_open = imgui.begin_combo(f"##{path}", Path(value).name if own else value, flags)
     rows.note(path)
     if not is_open:
         return
-    if imgui.selectable("a CSV file of your own …", own)[0]:
+    if imgui.selectable("a file of your own …", own)[0]:
         rows.drafts.type(path, value, value if own else "")
     rows.note(f"{path}=file")
     for group, names in spectrum_groups():
@@ -247,7 +247,7 @@ def spectrum(rows: Rows, row: Row, value: str, width: float, set_value: Set) -> 
 @lru_cache(maxsize=1)
 def spectrum_groups() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Give the names of all spectra by groups, in an order that a person expects."""
-    from rtbow.world.spectra import E490, EQUAL_ENERGY, spectrum_names
+    from rtbow.world.spectra import spectrum_names
 
     beginnings: dict[str, str | tuple[str, ...]] = {
         "daylight": ("D", "ID"),

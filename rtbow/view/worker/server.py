@@ -231,9 +231,6 @@ class Server:
         if self._renderer is not None:
             self._renderer.close()
         self._renderer = None
-        from rtbow.world.spectra import load_spectrum
-
-        load_spectrum.cache_clear()
 
     def _close(self) -> None:
         self._close_renderer()

@@ -101,8 +101,8 @@ from scene_samples import BASE, FROM_FILE, problems
             '"sun"',
             '"sun"\nposition_m = [0, 0, 4]',
             'light.0.position_m does not belong to type = "sun", which takes altitude_deg, '
-            "azimuth_deg, spectrum, angular_diameter_deg, irradiance_w_m2; leave it out or change "
-            "the type",
+            "azimuth_deg, spectrum, beyond, angular_diameter_deg, irradiance_w_m2; leave it out or "
+            "change the type",
         ),
         (
             "size_px = [64, 36]",
@@ -311,13 +311,13 @@ LAMP = 'type = "point"\nposition_m = [0, 0, 4]\nluminous_flux_lm = 800.0\ndiamet
             "diameter_m = 0.1",
             "altitude_deg = 20.0",
             'light.0.altitude_deg does not belong to type = "point", which takes position_m, '
-            "spectrum, luminous_flux_lm, diameter_m; leave it out or change the type",
+            "spectrum, beyond, luminous_flux_lm, diameter_m; leave it out or change the type",
         ),
         (
             "diameter_m = 0.1",
             "irradiance_w_m2 = 20.0",
             'light.0.irradiance_w_m2 does not belong to type = "point", which takes position_m, '
-            "spectrum, luminous_flux_lm, diameter_m; leave it out or change the type",
+            "spectrum, beyond, luminous_flux_lm, diameter_m; leave it out or change the type",
         ),
         ('type = "point"\n', "", None),
     ],

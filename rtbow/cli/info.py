@@ -1,0 +1,79 @@
+"""The verb ``rtbow info``: what this machine offers, or what was understood of an input."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rtbow.base.errors import InputError
+from rtbow.base.version import __version__
+
+
+@click.command()
+@click.argument("subject", metavar="[SPECTRUM]", required=False)
+@click.option("-o", "--output", metavar="OUT", help="Draw the spectrum, too: .png or .svg.")
+def info(subject: str | None, output: str | None) -> None:
+    """Show the GL backends that work here, versions, and the cache; or describe a spectrum.
+
+    SPECTRUM is a name, such as FL2, or a file, such as lamp.csv, or lamp.csv#3 for its third
+    column: what was understood of it, its colour and its strength are shown.
+
+    Example: rtbow info lamp.csv -o lamp.png
+    """
+    if subject is None:
+        if output is not None:
+            raise InputError(f"-o {output}: there is nothing to draw; name a spectrum or its file")
+        _show_machine()
+    elif _is_scene(subject):
+        _show_scene(subject, output)
+    else:
+        _show_spectrum(subject, output)
+
+
+def _is_scene(subject: str) -> bool:
+    """Whether a subject is a scene: a path that ends with .toml, or a built-in scene's name."""
+    from rtbow.scene.text.file import builtin_scenes
+
+    return subject.lower().endswith(".toml") or subject in builtin_scenes()
+
+
+def _show_scene(subject: str, output: str | None) -> None:
+    raise InputError(f"{subject} is a scene; name a spectrum, such as FL2, or its file")
+
+
+def _show_spectrum(subject: str, output: str | None) -> None:
+    from rtbow.base.files import check_writable
+    from rtbow.frames.plot import PLOT_SUFFIXES
+    from rtbow.study.spectra import describe, draw_spectrum
+
+    if output is not None:
+        check_writable(output, PLOT_SUFFIXES)
+    description = describe(subject)
+    for label, text in description.lines:
+        click.echo(f"{label + ':':<14}{text}")
+    for note in description.notes:
+        click.echo(f"note: {note}", err=True)
+    if output is not None:
+        draw_spectrum(Path(output), description)
+        click.echo(output)
+
+
+def _show_machine() -> None:
+    import platform
+    from importlib.metadata import version
+
+    from rtbow.base.cache import cache_dir, cache_size
+    from rtbow.gl.context import probe_backends
+
+    click.echo(f"rtbow {__version__}, Python {platform.python_version()}, {platform.platform()}")
+    for report in probe_backends():
+        if report.ok:
+            click.echo(f"{report.backend:<8}works: {report.renderer}, OpenGL {report.version}")
+        else:
+            click.echo(f"{report.backend:<8}does not work: {report.reason}")
+            if report.help:
+                click.echo(f"{'':<8}{report.help}")
+    names = ("moderngl", "glfw", "numpy", "scipy", "numba", "colour-science", "OpenEXR")
+    click.echo("packages: " + ", ".join(f"{name} {version(name)}" for name in names))
+    click.echo(f"cache: {cache_dir()}, {cache_size() / 2**20:.1f} MiB")
