@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import hashlib
 import os
 import secrets
 import shlex
@@ -19,6 +20,9 @@ PathLike = str | os.PathLike[str]
 TEMPORARY_PREFIX = ".rtbow-"
 TEMPORARY_SUFFIX = ".tmp"
 
+_SMALL_BYTES = 1_000_000
+"""Files up to this size are read to see whether they changed, within a millisecond."""
+
 _REMEDIES = {
     errno.ENOSPC: "free some space or choose another folder",
     errno.EDQUOT: "free some of your quota or choose another folder",
@@ -30,6 +34,21 @@ _REMEDIES = {
     errno.ELOOP: "remove the loop of symbolic links or choose another name",
     errno.EPIPE: "keep the reader of this pipe open until the file is complete",
 }
+
+
+def content_mark(path: PathLike) -> str:
+    """Return what changes with a file's content: a digest of a small file, and of a large one,
+    which takes long to read, its size and time of change; empty if it cannot be read."""
+    try:
+        state = os.stat(path)
+        if not stat.S_ISREG(state.st_mode):
+            return ""
+        if state.st_size > _SMALL_BYTES:
+            return f"{state.st_size} {state.st_mtime_ns} {state.st_ino}"
+        with open(path, "rb") as file:
+            return hashlib.sha256(file.read()).hexdigest()
+    except OSError:
+        return ""
 
 
 def write_atomic(path: PathLike, data: bytes) -> None:

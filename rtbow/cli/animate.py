@@ -153,6 +153,8 @@ def animate(
     if not quiet:
         for output in outputs:
             click.echo(output)
+        for note in report.notes:
+            click.echo(f"note: {note}", err=True)
         click.echo(_summary(report, drawing.method), err=True)  # apart from the names, for scripts
         left = frames_beyond(wanted, count)
         if left:

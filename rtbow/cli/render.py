@@ -75,6 +75,7 @@ def render(
             progress_bar("rendering", quiet),
             progress_bar("building the table", quiet, "part"),
         )
+        notes = renderer.notes
         metadata = frame_metadata(
             loaded,
             shlex.join(["rtbow", *sys.argv[1:]]),
@@ -86,6 +87,8 @@ def render(
     if not quiet:
         for path in outputs:
             click.echo(path)
+        for note in notes:
+            click.echo(f"note: {note}", err=True)
         if drawing.method == "auto":  # not among the paths, which scripts read
             click.echo(_chosen(renderer), err=True)
 

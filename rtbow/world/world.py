@@ -12,11 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Progress, no_progress
+from rtbow.base.files import content_mark
+from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import tabled_sizes
 from rtbow.scene.model import Scene
 from rtbow.world.camera import View, view_of
 from rtbow.world.lights import lamps, suns
 from rtbow.world.optics import Optics, scene_optics
+from rtbow.world.rain.drops import left_out
 from rtbow.world.rain.volume import DropletVolume, scene_volume
 
 if TYPE_CHECKING:
@@ -31,13 +34,13 @@ class Scatterer:
     Attributes:
         theory: ``airy`` or ``mie``.
         orders: internal reflections (airy; mie has all).
-        temperature_c: of its water.
+        medium: what it is made of.
         spread: standard deviation of ln(radius) about each size (mie).
     """
 
     theory: Theory
     orders: tuple[int, ...]
-    temperature_c: float
+    medium: Medium
     spread: float
 
     def sections(
@@ -54,10 +57,10 @@ class Scatterer:
             InputError: wavelengths or a temperature beyond the table.
         """
         # Imported here, with the compiler of what is summed on the CPU.
-        from rtbow.tables.sections import water_sections
+        from rtbow.tables.sections import drop_sections
 
-        return water_sections(
-            self.theory, wavelength_nm, self.temperature_c, radii_um,
+        return drop_sections(
+            self.theory, wavelength_nm, self.medium, radii_um,
             orders=self.orders, spread=self.spread, progress=progress,
         )  # fmt: skip
 
@@ -88,6 +91,7 @@ class World:
         volume: the drops.
         rain: the drops' own extinction, or None.
         fineness: how finely it asks to be computed.
+        notes: what of the scene is not drawn as it stands, in words.
     """
 
     view: View
@@ -96,6 +100,7 @@ class World:
     volume: DropletVolume
     rain: RainExtinction | None
     fineness: Fineness
+    notes: tuple[str, ...]
     _scene: Scene = field(repr=False)
     _still: dict[str, Any] = field(repr=False)
     _tables: dict[str, Sections] = field(default_factory=dict, repr=False, compare=False)
@@ -165,15 +170,22 @@ def resolve(scene: Scene) -> World:
         view_of(scene.camera),
         optics,
         Scatterer(
-            scattering.theory, scattering.orders, scattering.water_temperature_c,
-            scattering.size_spread,
+            scattering.theory, scattering.orders, scattering.medium, scattering.size_spread,
         ),
         volume,
         rain,
         Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
+        _notes(scene),
         scene,
         _without_places(scene),
     )  # fmt: skip
+
+
+def _notes(scene: Scene) -> tuple[str, ...]:
+    """Say what of a scene is not drawn as it stands."""
+    radius = scene.droplets.radius
+    told = "" if radius is None else left_out(radius)
+    return (f"droplets.radius: {told}",) if told else ()
 
 
 def moved(world: World, scene: Scene) -> World | None:
@@ -184,10 +196,10 @@ def moved(world: World, scene: Scene) -> World | None:
         if the scenes differ in more.
     """
     before = world._scene
-    if scene == before:
-        return world
     if _without_places(scene) != world._still:
         return None
+    if scene == before:
+        return world
     optics = world.optics
     if scene.light != before.light:
         # Spectra do not move, and their sums over the wavelengths would take a while.
@@ -203,4 +215,7 @@ def _without_places(scene: Scene) -> dict[str, Any]:
     for light in values["light"]:
         for name in ("position_m", "azimuth_deg", "altitude_deg"):
             light.pop(name, None)
+    # Files are known by what they hold: one of the same name may have been edited.
+    names = scene.droplets.file, getattr(scene.droplets.radius, "file", None)
+    values["contents"] = [content_mark(name) for name in names if name is not None]
     return values

@@ -83,7 +83,7 @@ def effective_efficiencies(scene: Scene, optics: Optics, radius_m: Array, nm: Ar
         return np.full((len(radius_m), len(nm)), fixed)
     discs = [sun.disc_rad for sun in optics.suns]
     x = 2.0 * np.pi * floats(radius_m)[:, None] / (floats(nm) * 1e-9)
-    exact = extinction_efficiencies(radius_m, nm, scene.scattering.water_temperature_c)
+    exact = extinction_efficiencies(radius_m, nm, scene.scattering.medium)
     return floats(exact - disc_share(x, max(discs, default=NO_SUN_DISC_RAD)))
 
 
