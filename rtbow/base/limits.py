@@ -16,7 +16,7 @@ MAX_DISC_DEG = 5.0
 WATER_C = (-12.0, 60.0)
 """Temperatures of water accepted anywhere; supercooled drops below 0."""
 SALINITIES_G_KG = (0.0, 40.0)
-"""Salinities accepted anywhere: the formula's 0..35 and, by its straight line, the saltiest seas."""
+"""Salinities accepted anywhere: the formula's 0..35, and by its straight line the saltiest seas."""
 SALT_WATER_C = (0.0, 30.0)
 """Temperatures over which the index of sea water is known."""
 INDICES = (1.2, 1.9)

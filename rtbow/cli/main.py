@@ -56,11 +56,21 @@ def scenes() -> None:
 
 
 @rtbow.command()
-def info() -> None:
-    """Show the GL backends that work here, versions, and the cache.
+@click.argument("scene", required=False)
+def info(scene: str | None) -> None:
+    """Show what a scene holds; without one, the GL backends that work here, versions, the cache.
 
-    Example: rtbow info
+    Of a scene: the number, liquid water, rain rate and size of its drops, their extinction and
+    optical depth, and each light.
+
+    Example: rtbow info fogbow
     """
+    if scene is not None:
+        from rtbow.scene.text.file import load_scene
+        from rtbow.world.report import scene_report
+
+        click.echo(scene_report(load_scene(scene)))
+        return
     import platform
 
     from rtbow.base.cache import cache_dir, cache_size

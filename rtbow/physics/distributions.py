@@ -81,9 +81,7 @@ def effective_variance(alpha: float, exponent: float) -> float:
     return math.expm1(second + fourth - 2.0 * third)
 
 
-def modified_gamma(
-    effective_radius_um: float, variance: float, exponent: float
-) -> GeneralGamma:
+def modified_gamma(effective_radius_um: float, variance: float, exponent: float) -> GeneralGamma:
     """Give the modified gamma distribution of an effective radius and variance.
 
     Args:

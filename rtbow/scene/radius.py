@@ -151,9 +151,7 @@ class GammaRadius(_Mixed):
         le=1e100,
         description="drops per m³ and per mm^(1 + mu) of diameter, with mu and lambda_per_mm, "
         "instead of effective radius, variance and density: N(D) = n0 D^mu exp(-lambda D), D in mm",
-        json_schema_extra=shown_as(
-            "m⁻³ mm⁻¹⁻ᵐᵘ", "More drops make a brighter bow.", (1.0, 1e6), log=True
-        ),
+        json_schema_extra=shown_as("", "More drops make a brighter bow.", (1.0, 1e6), log=True),
     )
     mu: float | None = Field(
         None,
@@ -311,7 +309,9 @@ def density_key(distribution: str, keys: Collection[str] = ()) -> str | None:
     Returns:
         The key, or None if the distribution counts its drops itself.
     """
-    if distribution == "table" or (distribution == "gamma" and not {*_ULBRICH_KEYS}.isdisjoint(keys)):
+    if distribution == "table" or (
+        distribution == "gamma" and not {*_ULBRICH_KEYS}.isdisjoint(keys)
+    ):
         return None
     return "rain_rate_mm_h" if distribution == "marshall-palmer" else "number_per_m3"
 

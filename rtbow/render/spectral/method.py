@@ -150,8 +150,8 @@ class SpectralMethod:
             ends = [self._world.view.angles_from(sun.direction) for sun in optics.suns]
             low, high = min(low for low, _ in ends), max(high for _, high in ends)
             table = section_table(
-                sections, count, angle_axis(low, high, discs[0], largest, unit), radii, volume.sizes,
-                discs, components=components, running=False,
+                sections, count, angle_axis(low, high, discs[0], largest, unit), radii,
+                volume.sizes, discs, components=components, running=False,
             )  # fmt: skip
             self._set_sections("sunTheory", table)
             for k, sun in enumerate(optics.suns):

@@ -120,7 +120,7 @@ def resolve_paths(values: dict[str, Any], folder: Path) -> None:
 
 
 def scene_files(scene: Scene) -> tuple[str, ...]:
-    """Return the paths of the volumes, drop sizes and spectra that a scene names, in both its parts."""
+    """Return the paths of volumes, drop sizes and spectra that a scene names, in both its parts."""
     paths: list[str] = []
 
     def note(path: str) -> str:
@@ -173,7 +173,9 @@ def _paths_in(table: dict[str, Any], change: Callable[[str], str], place: str) -
                     _paths_in(light, change, "light.0")
         elif isinstance(value, str) and value:
             spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", inner)
-            if inner in ("droplets.file", "droplets.radius.file") or (spectrum and value.lower().endswith(".csv")):
+            if inner in ("droplets.file", "droplets.radius.file") or (
+                spectrum and value.lower().endswith(".csv")
+            ):
                 table[key] = change(value)
 
 

@@ -16,10 +16,16 @@ from rtbow.base.arrays import Array, floats
 from rtbow.base.compiled import compiled, prange
 from rtbow.base.errors import InputError
 from rtbow.physics.constants import VISIBLE_NM
+from rtbow.physics.drop.airy import PRIMARY_UNIT, bow_unit
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.sizes import Sizes, tabled_sizes
-from rtbow.physics.drop.airy import PRIMARY_UNIT, bow_unit
-from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, INDEX_RANGES, WIDE_INDEX_RANGE, MieAxes
+from rtbow.tables.mie.axes import (
+    DEFAULT_SPREAD,
+    INDEX_RANGE,
+    INDEX_RANGES,
+    WIDE_INDEX_RANGE,
+    MieAxes,
+)
 
 _MARGIN = 6
 """Nodes beyond the range on each side: what a spline's end does falls by 0.27 per node."""

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.base.arrays import Progress, no_progress
+from rtbow.base.arrays import Progress, floats, no_progress
 from rtbow.base.cache import cached_arrays, file_digest, source_digest
 from rtbow.base.errors import RtbowError
 from rtbow.base.files import write_atomic
 from rtbow.base.limits import TABLE_RADII_UM
 from rtbow.base.resources import resource_dir
-from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.tables.mie.average import mean_efficiency
+from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.tables.mie.build import build_mie_table, kept_table
 from rtbow.tables.mie.lookup import MieTable, node_range, standard_axes
 
@@ -165,7 +165,7 @@ def efficiency_table(axes: MieAxes, radii_um: tuple[float, float]) -> MieTable:
     first, end = node_range(axes, radii_um)
 
     def build() -> dict[str, NDArray[np.float64]]:
-        nodes = np.arange(first, end) * axes.step
+        nodes = floats(np.arange(first, end) * axes.step)
         return {"q": np.stack([mean_efficiency(axes, nodes, float(m)) for m in axes.index_nodes])}
 
     key = f"{source_digest('physics.drop', 'tables.mie')} {axes} {radii_um}"

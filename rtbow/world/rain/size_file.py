@@ -100,7 +100,9 @@ def _lines(path: Path) -> list[_Line]:
 
 def _separator(lines: Sequence[str]) -> str:
     # Commas between digits, with blanks between the numbers, are decimal ones.
-    marks = (";", "\t") if any(re.search(r"\d,\d+ +\d", line) for line in lines) else (";", "\t", ",")
+    marks = (
+        (";", "\t") if any(re.search(r"\d,\d+ +\d", line) for line in lines) else (";", "\t", ",")
+    )
     return next((mark for mark in marks if any(mark in line for line in lines)), " ")
 
 

@@ -20,6 +20,7 @@ from rtbow.view.panel import kinds
 
 DISTRIBUTIONS = (
     "constant", "uniform", "normal", "lognormal", "gamma", "modified-gamma", "marshall-palmer",
+    "table",
 )  # fmt: skip
 
 
@@ -42,7 +43,7 @@ def test_every_distribution_turns_into_every_other(before, after):
         table = kinds.radius_table(scene.droplets, kind, node)
         scene = changed_scene(scene, {f"droplets.{key}": value for key, value in table.items()})
         assert scene.droplets.radius.distribution == kind
-    if "marshall-palmer" not in (before, after):
+    if not {"marshall-palmer", "table"} & {before, after}:
         assert mean_um(scene.droplets) == pytest.approx(first, rel=0.02)
     assert load_scene("uniform", {"droplets": values_of(scene)["droplets"]}) == scene
 
