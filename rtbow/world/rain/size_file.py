@@ -100,9 +100,8 @@ def _lines(path: Path) -> list[_Line]:
 
 def _separator(lines: Sequence[str]) -> str:
     # Commas between digits, with blanks between the numbers, are decimal ones.
-    marks = (
-        (";", "\t") if any(re.search(r"\d,\d+ +\d", line) for line in lines) else (";", "\t", ",")
-    )
+    decimal = any(re.search(r"\d,\d+ +\d", line) for line in lines)
+    marks = [";", "\t"] if decimal else [";", "\t", ","]
     return next((mark for mark in marks if any(mark in line for line in lines)), " ")
 
 
@@ -177,11 +176,10 @@ def _guessed(path: Path, rows: Sequence[_Line]) -> _Columns:
     """Understand columns without a header."""
     first = rows[0]
     if len(first.cells) == 1 and len(rows) == _CLASSES:
-        names = ("log10 of N(D)",)
-        return _Columns(None, None, 0, (1.0, 1.0), 1.0, True, names)
+        return _Columns(None, None, 0, (1.0, 1.0), 1.0, True, ("log10 of N(D)",))
     if len(first.cells) == 2:
-        names = ("diameter_um", "number_per_m3_um")
-        return _Columns(0, None, 1, (1e-3, 1e-3), 1e3, False, names)
+        documented = ("diameter_um", "number_per_m3_um")
+        return _Columns(0, None, 1, (1e-3, 1e-3), 1e3, False, documented)
     raise InputError(
         f"{path}:{first.number}: {len(rows)} lines of {len(first.cells)} numbers without a header;"
         f" {_EXPECTED}; name other columns in a header, such as mid_mm,width_mm,log10_N_per_m3_mm"
