@@ -31,6 +31,8 @@ STANDARD_OUTPUT = "-"
 TEMPORARY_PREFIX = ".rtbow-"
 TEMPORARY_SUFFIX = ".tmp"
 
+"""Files up to this size are read to see whether they changed, within a millisecond."""
+
 _REMEDIES = {
     errno.ENOSPC: "free some space or choose another folder",
     errno.EDQUOT: "free some of your quota or choose another folder",

@@ -15,6 +15,13 @@ MAX_DISC_DEG = 5.0
 """Discs accepted anywhere, across."""
 WATER_C = (-12.0, 60.0)
 """Temperatures of water accepted anywhere; supercooled drops below 0."""
+SALINITIES_G_KG = (0.0, 40.0)
+"""Salinities accepted anywhere: the formula's 0..35, and by its straight line the saltiest seas."""
+SALT_WATER_C = (0.0, 30.0)
+"""Temperatures over which the index of sea water is known."""
+INDICES = (1.2, 1.9)
+"""Refractive indices accepted instead of water's: with both bows where their equations have them,
+and the primary at least 1.5 degrees from the antisolar point."""
 SIZE_SPREADS = (0.01, 0.2)
 """Standard deviations of ln(radius) about each size that exact tables are built for."""
 NO_PLANE = 1e-9

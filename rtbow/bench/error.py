@@ -151,6 +151,8 @@ def _key(part: Scene, rows: Indices, columns: Indices) -> str:
     files = [Path(name) for name in spectra if name.lower().endswith(".csv")]
     if part.droplets.file is not None:
         files.append(Path(part.droplets.file))
+    if part.droplets.radius is not None and part.droplets.radius.distribution == "table":
+        files.append(Path(part.droplets.radius.file))
     if part.scattering.theory == "mie":
         from rtbow.tables.mie.store import COMPACT_FILE
 

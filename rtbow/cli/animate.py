@@ -15,7 +15,6 @@ from rtbow.cli.options import (
     Drawing,
     WholeNumber,
     drawing_options,
-    echo_notes,
     progress_bar,
     quiet_option,
     scene_argument,
@@ -155,11 +154,12 @@ def animate(
     if not quiet:
         for output in outputs:
             click.echo(output)
+        for note in report.notes:
+            click.echo(f"note: {note}", err=True)
         click.echo(_summary(report, drawing.method), err=True)  # apart from the names, for scripts
         left = frames_beyond(wanted, count)
         if left:
             click.echo(_left_over(left), err=True)
-        echo_notes(animation.scene)
 
 
 def _summary(report: Report, method: MethodName) -> str:

@@ -11,15 +11,21 @@ from rtbow.base.version import __version__
 
 
 @click.command()
-@click.argument("subject", metavar="[SPECTRUM]", required=False)
+@click.argument("subject", metavar="[SCENE|SPECTRUM]", required=False)
 @click.option("-o", "--output", metavar="OUT", help="Draw the spectrum, too: .png or .svg.")
 def info(subject: str | None, output: str | None) -> None:
-    """Show the GL backends that work here, versions, and the cache; or describe a spectrum.
+    """Show the GL backends that work here, versions and the cache; or describe an input.
+
+    SCENE: the number, liquid water, rain rate and size of its drops, their extinction and optical
+    depth, and each light.
 
     SPECTRUM is a name, such as FL2, or a file, such as lamp.csv, or lamp.csv#3 for its third
     column: what was understood of it, its colour and its strength are shown.
 
-    Example: rtbow info lamp.csv -o lamp.png
+    \b
+    Examples:
+      rtbow info fogbow
+      rtbow info lamp.csv -o lamp.png
     """
     if subject is None:
         if output is not None:
@@ -39,7 +45,15 @@ def _is_scene(subject: str) -> bool:
 
 
 def _show_scene(subject: str, output: str | None) -> None:
-    raise InputError(f"{subject} is a scene; name a spectrum, such as FL2, or its file")
+    from rtbow.scene.text.file import load_scene
+    from rtbow.world.report import scene_report
+
+    if output is not None:
+        raise InputError(
+            f"-o {output}: of a scene there is nothing to draw here; use rtbow render {subject}"
+            f" -o {output}"
+        )
+    click.echo(scene_report(load_scene(subject)))
 
 
 def _show_spectrum(subject: str, output: str | None) -> None:

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rtbow.base.arrays import Progress
     from rtbow.gl.context import Backend
     from rtbow.render.renderer import MethodName
-    from rtbow.scene.model import Scene
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
@@ -344,14 +343,3 @@ def progress_bar(label: str, quiet: bool, unit: str = "row") -> Progress:
         return bar
 
     return wrap
-
-
-# --- Notes -------------------------------------------------------------------------------------
-
-
-def echo_notes(scene: Scene) -> None:
-    """Write to stderr what is doubtful about the files that a scene names."""
-    from rtbow.world.lights import light_notes
-
-    for note in light_notes(scene):
-        click.echo(f"note: {note}", err=True)

@@ -13,7 +13,6 @@ from rtbow.cli.options import (
     Drawing,
     WholeNumber,
     drawing_options,
-    echo_notes,
     progress_bar,
     quiet_option,
     scene_argument,
@@ -92,6 +91,7 @@ def render(
             progress_bar("rendering", quiet),
             progress_bar("building the table", quiet, "part"),
         )
+        notes = renderer.notes
         metadata = frame_metadata(
             loaded,
             shlex.join(["rtbow", *sys.argv[1:]]),
@@ -108,7 +108,8 @@ def render(
             click.echo(path, err=streams)
         if drawing.method == "auto":  # not among the paths, which scripts read
             click.echo(_chosen(renderer), err=True)
-        echo_notes(loaded)
+        for note in notes:
+            click.echo(f"note: {note}", err=True)
 
 
 def _check_stream(asked: bool, stream_format: str | None) -> None:

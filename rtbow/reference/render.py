@@ -145,7 +145,7 @@ def _set_up(world: World, building: Progress = no_progress, optics: Optics | Non
     sections: Sections | None = None
     if scatterer.theory == "mie" and least == most:
         sections = DirectMieSections.of(
-            least * 1e-6, optics.wavelength_nm, scatterer.temperature_c, scatterer.spread
+            least * 1e-6, optics.wavelength_nm, scatterer.medium, scatterer.spread
         )
     elif not world.bows_in_place:
         sections = world.sections(building)
@@ -291,7 +291,8 @@ def _lamp_sections(setup: _Setup) -> LampSections:
     """Cross-sections without a disc at angles twice as close as the shader's own."""
     assert setup.sections is not None
     assert setup.rows is not None
-    theta = angle_axis(0.0, np.pi, 0.0, setup.volume.size_range_um[1] * 1e-6).angles()
+    largest, unit = setup.volume.size_range_um[1] * 1e-6, setup.world.scatterer.medium.bow_unit
+    theta = angle_axis(0.0, np.pi, 0.0, largest, unit).angles()
     theta = np.sort(np.concatenate([theta, 0.5 * (theta[1:] + theta[:-1])]))
     both = row_sections(setup.sections, setup.rows, theta, 0.0).transpose(1, 0, 3, 2)
     both = np.ascontiguousarray(both)

@@ -86,6 +86,15 @@ class Renderer:
         """The backend in use; ``none`` before a method needed one."""
         return self._context.backend if self._context else "none"
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of the scene is not drawn as it stands, in words, such as sizes that are left out.
+
+        Raises:
+            InputError: a spectrum, volume or file of drop sizes is not usable.
+        """
+        return tuple(dict.fromkeys(note for world in self._resolved() for note in world.notes))
+
     def render(
         self,
         method: MethodName = "auto",

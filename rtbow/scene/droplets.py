@@ -8,7 +8,7 @@ from pydantic import Field, Strict, ValidationError, field_validator, model_vali
 from pydantic_core import InitErrorDetails
 
 from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS
-from rtbow.scene.radius import ConstantRadius, Radius
+from rtbow.scene.radius import ConstantRadius, Radius, density_key
 from rtbow.scene.table import AXES, Point, Table, misplaced, missing, refused, shown_as
 
 Box = Annotated[tuple[Point, Point], Strict(False)]
@@ -23,7 +23,8 @@ class Density(Table):
         None,
         ge=0,
         le=MAX_DENSITY_PER_M3,
-        description="drops per cubic metre; for every distribution except marshall-palmer",
+        description="drops per cubic metre, of every size that the distribution has; for all but "
+        "marshall-palmer, table and gamma by n0",
         json_schema_extra=shown_as(
             "1/m³",
             "More drops make a brighter bow, until they hide each other.",
@@ -43,11 +44,6 @@ class Density(Table):
             log=True,
         ),
     )
-
-
-def density_key(distribution: str) -> str:
-    """Return the key of ``[droplets.density]`` that a distribution of radii needs."""
-    return "rain_rate_mm_h" if distribution == "marshall-palmer" else "number_per_m3"
 
 
 class Droplets(Table):
@@ -104,7 +100,8 @@ class Droplets(Table):
     )
     density: Density | None = Field(
         None,
-        description="the number of drops",
+        description="the number of drops; left out where the distribution counts them: table, "
+        "gamma by n0",
         json_schema_extra=shown_as(
             "", "More drops make a brighter bow, until they hide each other."
         ),
@@ -161,12 +158,13 @@ class Droplets(Table):
                 )
 
     def _problems_of_parts(self) -> Iterator[InitErrorDetails]:
+        counted = self.radius is not None and _density_key(self.radius) is None
         for key, remedy in (
             ("box_m", "give two corners, such as [[-500, 200, 0], [500, 800, 400]]"),
             ("radius", 'add [droplets.radius] with distribution = "constant", radius_um = 500'),
             ("density", "add [droplets.density] with number_per_m3 = 1000"),
         ):
-            if getattr(self, key) is None:
+            if getattr(self, key) is None and not (key == "density" and counted):
                 yield missing((key,), f"{remedy}, or name a volume in droplets.file")
         if self.radius is None:
             return
@@ -177,13 +175,24 @@ class Droplets(Table):
                 'mix all sizes everywhere with radius.mixing = "local"'
             )
             yield missing(("grid",), f"{choice} {remedy}")
-        if self.density is None:
-            return
-        wanted = density_key(self.radius.distribution)
+        if self.density is not None:
+            yield from self._problems_of_density(choice, self.density, _density_key(self.radius))
+
+    def _problems_of_density(
+        self, choice: str, density: Density, wanted: str | None
+    ) -> Iterator[InitErrorDetails]:
         for key, example in (("number_per_m3", "1000"), ("rain_rate_mm_h", "5.0")):
-            given = getattr(self.density, key) is not None
+            given = getattr(density, key) is not None
             if key == wanted and not given:
                 yield missing(("density", key), f"{choice} needs it, such as {example}")
+            elif given and wanted is None:
+                source = "its file" if choice.endswith('"table"') else "n0"
+                message = f"does not go with {choice}, whose drops {source} counts; leave it out"
+                yield misplaced(("density", key), message)
             elif key != wanted and given:
                 message = f"does not go with {choice}; give {wanted} instead"
                 yield misplaced(("density", key), message)
+
+
+def _density_key(radius: Radius) -> str | None:
+    return density_key(radius.distribution, radius.model_dump(exclude_none=True))

@@ -6,11 +6,21 @@
 import math
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, Strict, field_validator
+from pydantic import Field, PrivateAttr, Strict, ValidationInfo, field_validator
 
 from rtbow.base.errors import InputError
-from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MOST_DELTA_E, SIZE_SPREADS, WATER_C
+from rtbow.base.limits import (
+    DEFAULT_DELTA_E,
+    INDICES,
+    LEAST_DELTA_E,
+    MOST_DELTA_E,
+    SALINITIES_G_KG,
+    SALT_WATER_C,
+    SIZE_SPREADS,
+    WATER_C,
+)
 from rtbow.physics.constants import VISIBLE_NM
+from rtbow.physics.drop.medium import Medium
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lights import Light
 from rtbow.scene.table import AltitudeDeg, Point, Table, refused, shown_as
@@ -120,6 +130,23 @@ class Scattering(Table):
             "Warmer water bends light less: the bow widens by a hundredth of a degree per kelvin.",
         ),
     )
+    salinity_g_kg: float = Field(
+        0.0,
+        ge=SALINITIES_G_KG[0],
+        le=SALINITIES_G_KG[1],
+        description="salt in the water, of which the sea has 35; at 0 to 30 °C",
+        json_schema_extra=shown_as(
+            "g/kg", "Sea water bends light more: the bow of sea spray is 0.9 degrees smaller."
+        ),
+    )
+    refractive_index: float | None = Field(
+        None,
+        description="index of refraction relative to air at all wavelengths, 1.2..1.9, instead of "
+        "water's; left out: water",
+        json_schema_extra=shown_as(
+            "", "A higher index makes a smaller bow, of 23 degrees with 1.5.", INDICES
+        ),
+    )
 
     @field_validator("orders")
     @classmethod
@@ -127,6 +154,38 @@ class Scattering(Table):
         if len(set(value)) < len(value):
             raise refused("must name each order once, such as [1, 2]")
         return tuple(sorted(value))
+
+    @field_validator("salinity_g_kg")
+    @classmethod
+    def _salt_water_is_known(cls, salinity: float, info: ValidationInfo) -> float:
+        low, high = SALT_WATER_C
+        temperature_c = info.data.get("water_temperature_c", low)
+        if salinity and not low <= temperature_c <= high:
+            raise refused(
+                f"goes with a water_temperature_c of {low:g}..{high:g}, over which the index of "
+                f"sea water is known; it is {temperature_c:g}"
+            )
+        return salinity
+
+    @field_validator("refractive_index")
+    @classmethod
+    def _has_bows(cls, index: float | None, info: ValidationInfo) -> float | None:
+        if index is None:
+            return None
+        low, high = INDICES
+        if not low <= index <= high:
+            raise refused(
+                f"must be {low:g}..{high:g}, relative to air: from 2 on a sphere has no primary "
+                "bow, and close to it that is lost in the glory"
+            )
+        if info.data.get("salinity_g_kg"):
+            raise refused("replaces the index of water: leave salinity_g_kg out")
+        return index
+
+    @property
+    def medium(self) -> Medium:
+        """What the drops are made of."""
+        return Medium(self.water_temperature_c, self.salinity_g_kg, self.refractive_index)
 
 
 class Render(Table):

@@ -53,11 +53,13 @@ class Report:
         drawn: how many frames were drawn.
         kept: how many had files that were kept, or were made from such files.
         methods: the methods that drew, in the order of their first frames.
+        notes: what of the scene is not drawn as it stands.
     """
 
     drawn: int = 0
     kept: int = 0
     methods: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def no_show(label: str, unit: str) -> Progress:
@@ -112,7 +114,7 @@ def animate(
             ]
             for number in show("animating", "frame")(range(animation.count)):
                 run.make(number, films)
-    run.report.methods = drawing.methods
+    run.report.methods, run.report.notes = drawing.methods, drawing.notes
     return run.report
 
 
@@ -124,6 +126,7 @@ class _Drawing:
     ) -> None:
         self.method: MethodName = method
         self.methods: list[str] = []
+        self.notes: list[str] = []
         self._animation, self._backend, self._show = animation, backend, show
         self._renderer: Renderer | None = None
         self._settled = animation.count == 1 or not animation.only_places
@@ -153,6 +156,7 @@ class _Drawing:
         used = self._renderer.method_used
         if used not in self.methods:
             self.methods.append(used)
+        self.notes += [note for note in self._renderer.notes if note not in self.notes]
         return _Frame(rgb, used, self._renderer.gl_renderer)
 
     def _render(self, renderer: Renderer) -> Float32:

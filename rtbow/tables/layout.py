@@ -105,7 +105,9 @@ class AngleAxis:
         return floats(angles)
 
 
-def angle_axis(low: float, high: float, disc_rad: float, largest_m: float) -> AngleAxis:
+def angle_axis(
+    low: float, high: float, disc_rad: float, largest_m: float, unit: float = PRIMARY_UNIT
+) -> AngleAxis:
     """Choose angles that resolve what drops up to a size show under a disc.
 
     Args:
@@ -113,11 +115,12 @@ def angle_axis(low: float, high: float, disc_rad: float, largest_m: float) -> An
         high: last scattering angle, rad.
         disc_rad: angular radius of the smallest disc, rad.
         largest_m: greatest drop radius, m.
+        unit: of Airy's argument, of drops that are not of water.
     """
     # At the violet end, where detail is finest.
     x = 2.0 * np.pi * largest_m / 380e-9
     finest = disc_rad / _PER_DISC
-    even = max(math.hypot(finest, unit_angle(x, _EVEN_UNITS)), (high - low) / _MOST_EVEN)
+    even = max(math.hypot(finest, unit_angle(x, _EVEN_UNITS, unit)), (high - low) / _MOST_EVEN)
     ring = min(math.hypot(finest, _RING_UNITS / x), even)
     return AngleAxis(max(low, 0.0), min(high, np.pi), 1.0 / even, _PER_FOLD, _PER_FOLD * ring)
 

@@ -13,14 +13,22 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.base.compiled import compiled, prange
+from rtbow.base.limits import MIN_RADIUS_UM
+from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, bows
 from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at, running_at, running_grid
-from rtbow.physics.drop.water import relative_index
+from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import Sizes
 from rtbow.tables.airy import AiryTable, airy_table
-from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, WIDE_INDEX_RANGE
-from rtbow.tables.mie.lookup import MieSections, check_index, disc_grid, resample, standard_axes
-from rtbow.tables.mie.store import compact_table, mie_table
+from rtbow.tables.mie.axes import DEFAULT_SPREAD
+from rtbow.tables.mie.lookup import (
+    MieSections,
+    disc_grid,
+    index_range_of,
+    resample,
+    standard_axes,
+)
+from rtbow.tables.mie.store import compact_table, efficiency_table, mie_table
 
 Theory = Literal["airy", "mie"]
 
@@ -92,7 +100,7 @@ class AirySections:
         Airy's function averaged over the cell of each size, on angles that are dense about the
         bows, and the disc by quadrature on them.
         """
-        axes = standard_axes(DEFAULT_SPREAD)
+        axes = standard_axes(DEFAULT_SPREAD, index_range_of(self.index))
         nodes, weights = disc_grid(floats(theta_rad), disc_rad)
         out = np.empty((len(self.index), len(theta_rad), 2))
         the_bows = bows(self.orders, self.wavelength_m, self.index)
@@ -144,6 +152,39 @@ def airy_mixture(
     return total
 
 
+def drop_sections(
+    theory: Theory,
+    wavelength_nm: Array,
+    medium: Medium,
+    radii_um: tuple[float, float],
+    *,
+    orders: tuple[int, ...] = (1, 2),
+    spread: float = DEFAULT_SPREAD,
+    progress: Progress = no_progress,
+) -> Sections:
+    """Give the cross-sections of drops in air.
+
+    Args:
+        theory: ``airy`` or ``mie``.
+        wavelength_nm: wavelengths in air (W,).
+        medium: what the drops are made of.
+        radii_um: least and greatest radius that will be asked for.
+        orders: internal reflections (airy; mie has all).
+        spread: standard deviation of ln(radius) about each size (mie).
+        progress: wraps the loop over parts of a table that must be built.
+
+    Raises:
+        InputError: wavelengths or a temperature beyond the table.
+    """
+    nm = floats(wavelength_nm)
+    index = medium.index(nm)
+    if theory == "airy":
+        return AirySections(airy_table(), orders, nm * 1e-9, index)
+    # Refused here: a table may have to be built, which takes a minute or more.
+    range_ = index_range_of(index)
+    return MieSections(mie_table(spread, radii_um, progress, range_), nm * 1e-9, index)
+
+
 def water_sections(
     theory: Theory,
     wavelength_nm: Array,
@@ -154,29 +195,11 @@ def water_sections(
     spread: float = DEFAULT_SPREAD,
     progress: Progress = no_progress,
 ) -> Sections:
-    """Give the cross-sections of water drops in air.
-
-    Args:
-        theory: ``airy`` or ``mie``.
-        wavelength_nm: wavelengths in air (W,).
-        temperature_c: of the water.
-        radii_um: least and greatest radius that will be asked for.
-        orders: internal reflections (airy; mie has all).
-        spread: standard deviation of ln(radius) about each size (mie).
-        progress: wraps the loop over parts of a table that must be built.
-
-    Raises:
-        InputError: wavelengths or a temperature beyond the table.
-    """
-    nm = floats(wavelength_nm)
-    index = relative_index(nm, temperature_c)
-    if theory == "airy":
-        return AirySections(airy_table(), orders, nm * 1e-9, index)
-    # Refused here: a table may have to be built, which takes a minute or more.
-    check_index(index, WIDE_INDEX_RANGE)
-    inside = INDEX_RANGE[0] <= index.min() and index.max() <= INDEX_RANGE[1]
-    range_ = INDEX_RANGE if inside else WIDE_INDEX_RANGE
-    return MieSections(mie_table(spread, radii_um, progress, range_), nm * 1e-9, index)
+    """Give the cross-sections of drops of fresh water in air (see :func:`drop_sections`)."""
+    return drop_sections(
+        theory, wavelength_nm, Medium(temperature_c), radii_um,
+        orders=orders, spread=spread, progress=progress,
+    )  # fmt: skip
 
 
 _EDGE_TERM = 1.9924
@@ -186,19 +209,24 @@ _EDGE_SIZE = 3000.0
 """Size x from which on Q_ext is taken as that, within 5e-4."""
 
 
-def extinction_efficiencies(radius_m: Array, wavelength_nm: Array, temperature_c: float) -> Array:
+def extinction_efficiencies(radius_m: Array, wavelength_nm: Array, medium: Medium) -> Array:
     """Give the exact extinction efficiency Q_ext (R, W), for either theory: Airy's has none.
 
-    From the table that ships, whose spread of sizes averages the ripple, and its limit for large
-    drops; the index, on which Q hardly depends, is taken within that table's range.
+    From a table whose spread of sizes averages the ripple, and its limit for large drops: for fresh
+    water the one that ships, within whose range the index is taken, on which Q hardly depends.
     """
     nm, radii = floats(wavelength_nm), floats(radius_m)
     x = 2.0 * np.pi * radii[:, None] / (nm * 1e-9)
     large = 2.0 + _EDGE_TERM * x ** (-2.0 / 3.0)
     if x.min() >= _EDGE_SIZE:
         return floats(large)
-    table = compact_table()
-    index = np.clip(relative_index(nm, temperature_c), *table.axes.index_range)
+    index = medium.index(nm)
+    if medium.fresh:
+        table = compact_table()
+        index = np.clip(index, *table.axes.index_range)
+    else:
+        axes = standard_axes(DEFAULT_SPREAD, index_range_of(index))
+        table = efficiency_table(axes, (MIN_RADIUS_UM, _EDGE_SIZE * VISIBLE_NM[1] * 1e-3 / np.pi))
     held = np.minimum(x, _EDGE_SIZE)
     columns = [table.extinction_efficiency(held[:, w], float(m)) for w, m in enumerate(index)]
     return floats(np.where(x < _EDGE_SIZE, np.stack(columns, axis=1), large))

@@ -104,11 +104,10 @@ def lamps(scene: Scene) -> tuple[Lamp, ...]:
 
 
 def light_notes(scene: Scene) -> tuple[str, ...]:
-    """Give what is doubtful about the files of the lights' spectra, in both parts of a scene.
+    """Give what is doubtful about the files of the lights' spectra.
 
     Raises:
         InputError: a spectrum is unknown or its file unusable.
     """
-    lights = [light for part, _ in scene.parts() for light in part.light]
-    notes = [note for light in lights for note in spectrum_notes(light.spectrum, light.beyond)]
+    notes = [note for light in scene.light for note in spectrum_notes(light.spectrum, light.beyond)]
     return tuple(dict.fromkeys(notes))

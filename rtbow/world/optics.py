@@ -13,7 +13,6 @@ import numpy as np
 from rtbow.base.arrays import Array
 from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.physics.drop.airy import Bow, bows
-from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.spectrum import Bins, Spectrum, bin_means, colour_weights, wavelength_bins
 from rtbow.scene.model import Scene
 from rtbow.world.lights import Lamp, Sun, lamps, suns
@@ -82,7 +81,7 @@ def scene_optics(scene: Scene) -> Optics:
     """
     bins = wavelength_bins(scene.render.wavelength_step_nm)
     nm = bins.wavelength_nm
-    index = relative_index(nm, scene.scattering.water_temperature_c)
+    index = scene.scattering.medium.index(nm)
     orders = scene.scattering.orders if scene.scattering.theory == "airy" else ()
     has_air = scene.atmosphere is not None and scene.atmosphere.rayleigh
     return Optics(

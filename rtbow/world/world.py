@@ -12,13 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Progress, no_progress
+from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import tabled_sizes
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.world.camera import View, view_of
 from rtbow.world.inputs import InputFile, input_files
-from rtbow.world.lights import lamps, suns
+from rtbow.world.lights import lamps, light_notes, suns
 from rtbow.world.optics import Optics, scene_optics
+from rtbow.world.rain.drops import left_out
 from rtbow.world.rain.volume import DropletVolume, scene_volume
 
 if TYPE_CHECKING:
@@ -33,13 +35,13 @@ class Scatterer:
     Attributes:
         theory: ``airy`` or ``mie``.
         orders: internal reflections (airy; mie has all).
-        temperature_c: of its water.
+        medium: what it is made of.
         spread: standard deviation of ln(radius) about each size (mie).
     """
 
     theory: Theory
     orders: tuple[int, ...]
-    temperature_c: float
+    medium: Medium
     spread: float
 
     def sections(
@@ -56,10 +58,10 @@ class Scatterer:
             InputError: wavelengths or a temperature beyond the table.
         """
         # Imported here, with the compiler of what is summed on the CPU.
-        from rtbow.tables.sections import water_sections
+        from rtbow.tables.sections import drop_sections
 
-        return water_sections(
-            self.theory, wavelength_nm, self.temperature_c, radii_um,
+        return drop_sections(
+            self.theory, wavelength_nm, self.medium, radii_um,
             orders=self.orders, spread=self.spread, progress=progress,
         )  # fmt: skip
 
@@ -90,6 +92,7 @@ class World:
         volume: the drops.
         rain: the drops' own extinction, or None.
         fineness: how finely it asks to be computed.
+        notes: what of the scene is not drawn as it stands, in words.
     """
 
     view: View
@@ -98,6 +101,7 @@ class World:
     volume: DropletVolume
     rain: RainExtinction | None
     fineness: Fineness
+    notes: tuple[str, ...]
     _scene: Scene = field(repr=False)
     _still: dict[str, Any] = field(repr=False)
     _files: tuple[InputFile, ...] = field(default=(), repr=False, compare=False)
@@ -169,16 +173,23 @@ def resolve(scene: Scene) -> World:
         view_of(scene.camera),
         optics,
         Scatterer(
-            scattering.theory, scattering.orders, scattering.water_temperature_c,
-            scattering.size_spread,
+            scattering.theory, scattering.orders, scattering.medium, scattering.size_spread,
         ),
         volume,
         rain,
         Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
+        _notes(scene),
         scene,
         _without_places(scene),
         files,
     )  # fmt: skip
+
+
+def _notes(scene: Scene) -> tuple[str, ...]:
+    """Say what of a scene is not drawn as it stands."""
+    radius = scene.droplets.radius
+    told = "" if radius is None else left_out(radius)
+    return (*((f"droplets.radius: {told}",) if told else ()), *light_notes(scene))
 
 
 def moved(world: World, scene: Scene) -> World | None:
@@ -186,15 +197,15 @@ def moved(world: World, scene: Scene) -> World | None:
 
     Returns:
         A world that shares all else with this one, this one itself where nothing differs, or None
-        if the scenes differ in more, or a spectrum or volume file has another content by now.
+        if the scenes differ in more, or a file that they name has another content by now.
     """
     before = world._scene
     if not all(file.unchanged for file in world._files):
         return None
-    if scene == before:
-        return world
     if _without_places(scene) != world._still:
         return None
+    if scene == before:
+        return world
     optics = world.optics
     if scene.light != before.light:
         # Spectra do not move, and their sums over the wavelengths would take a while.

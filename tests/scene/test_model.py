@@ -216,6 +216,8 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         "h": "mm/h",
         "lm": "lm",
         "c": "°C",
+        "mm": "1/mm",
+        "kg": "g/kg",
     }
     assert unit == suffixes.get(key.rpartition("_")[2], "")
 
@@ -235,7 +237,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
             "droplets.radius",
             "distribution",
             'one of "constant", "uniform", "normal", "lognormal", "gamma", "modified-gamma",'
-            ' "marshall-palmer"',
+            ' "marshall-palmer", "table"',
         ),
         ("scattering", "theory", 'one of "airy", "mie"'),
         ("droplets.radius", "mixing", 'one of "per-point", "local"'),

@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from rtbow.base.errors import InputError
 from rtbow.gl.context import GlContext
 from rtbow.scene.model import Scene
+from rtbow.scene.radius import GammaRadius
 from rtbow.scene.text.file import load_scene
 from rtbow.scene.text.schema import ROOT, Node
 from rtbow.view.document.edits import Edits, Opened
@@ -297,6 +298,9 @@ def shown_rows(scene: Scene) -> list[Row]:
         rain = drops.density is not None and drops.density.rain_rate_mm_h is not None
         other = "number_per_m3" if rain else "rain_rate_mm_h"
         without |= {"droplets.file", f"droplets.density.{other}"}
+        if isinstance(drops.radius, GammaRadius):  # by one of two sets of parameters
+            every = drops.radius.model_dump()
+            without |= {f"droplets.radius.{key}" for key, value in every.items() if value is None}
     return [row for row in scene_rows(scene) if row.path not in without]
 
 

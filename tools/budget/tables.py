@@ -139,7 +139,7 @@ def _strips() -> Measurement:
         scene = strip_scene({**drops, "render.wavelength_step_nm": 20.0})
         truth = reference_strip(scene, theta)
         optics = scene_optics(scene)
-        index = relative_index(optics.wavelength_nm, scene.scattering.water_temperature_c)
+        index = scene.scattering.medium.index(optics.wavelength_nm)
         sections = MieSections(compact_table(), optics.wavelength_nm * 1e-9, index)
         looked = table_strip(scene, theta, sections)
         for name, low, high in (("", 90.0, 180.0), (", 90-178°", 90.0, 178.0)):

@@ -13,7 +13,9 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 import tomlkit
 
-from rtbow.scene.droplets import density_key
+from rtbow.base.limits import INDICES
+from rtbow.base.resources import resource_dir
+from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import ROOT, Node, walk_fields
 
 Rng = np.random.Generator
@@ -37,6 +39,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     if cost != "any":
         values.get("scattering", {}).pop("theory", None)
     _fit_droplets(rng, values["droplets"])
+    _fit_medium(rng, values.get("scattering", {}))
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -196,11 +199,15 @@ _SPECIAL: dict[str, Callable[[Rng], Any]] = {
     "camera.size_px": _size,
     "compare.right": _right,
     "droplets.box_m": _box,
+    "droplets.radius.file": lambda rng: str(resource_dir("scenes") / "shower-sizes.csv"),
     "droplets.file": lambda rng: f"volume-{rng.integers(VOLUMES)}.npz",
     "droplets.grid": _grid,
     "light.0.spectrum": lambda rng: str(_choice(rng, _SPECTRA)),
     "render.steps": _steps,
     "render.wavelength_step_nm": _wavelength_step,
+    "scattering.refractive_index": lambda rng: float(
+        _choice(rng, (*INDICES, rng.uniform(*INDICES)))
+    ),
     "scattering.orders": lambda rng: list(_choice(rng, ((1,), (2,), (1, 2)))),
 }
 """Keys that are texts, are tied to others, or decide how long a frame takes."""
@@ -241,7 +248,12 @@ def _fit_droplets(rng: Rng, droplets: dict[str, Any]) -> None:
     one_kind = radius["distribution"] == "constant" or radius.get("mixing") == "local"
     if not one_kind:
         droplets.setdefault("grid", _grid(rng))
-    wanted = density_key(radius["distribution"])
+    if radius["distribution"] == "gamma":
+        _one_set_of_parameters(rng, radius)
+    wanted = density_key(radius["distribution"], radius)
+    if wanted is None:
+        droplets.pop("density")
+        return
     density = node.child("density")
     assert density is not None
     child = density.child(wanted)
@@ -250,3 +262,29 @@ def _fit_droplets(rng: Rng, droplets: dict[str, Any]) -> None:
     droplets["density"] = {
         wanted: draw(rng, child, f"droplets.density.{wanted}") if value is None else value
     }
+
+
+def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:
+    """Keep either sea water, at temperatures where its index is known, or an index; often neither,
+    since exact theory then needs tables of its own."""
+    dropped = ("salinity_g_kg", "refractive_index")
+    for key in dropped if rng.random() < 0.5 else (_choice(rng, dropped),):
+        scattering.pop(key, None)
+    if scattering.get("salinity_g_kg"):
+        scattering["water_temperature_c"] = _choice(rng, (0.0, 20.0, 30.0))
+
+
+def _one_set_of_parameters(rng: Rng, radius: dict[str, Any]) -> None:
+    """Keep either the moments of a gamma distribution or its formula's parameters."""
+    moments = ("effective_radius_um", "effective_variance")
+    formula = {"n0": 8000.0, "mu": 2.0, "lambda_per_mm": 4.0}
+    if rng.random() < 0.5:
+        for key in moments:
+            radius.pop(key, None)
+        for key, value in formula.items():
+            radius.setdefault(key, value)
+    else:
+        for key in formula:
+            radius.pop(key, None)
+        for key, value in zip(moments, (200.0, 0.1), strict=True):
+            radius.setdefault(key, value)

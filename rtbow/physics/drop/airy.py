@@ -120,7 +120,17 @@ def bow(reflections: int, wavelength_m: Array, index: Array) -> Bow:
     )
 
 
-def unit_angle(size: Values, units: float = 1.0) -> Values:
+def bow_unit(index: float) -> float:
+    """Give one unit of z at the primary bow of drops of an index, rad x^(-2/3).
+
+    It falls from 2.3 at an index of 1.2 to 1.3 at 1.5 and 0.7 at 1.9.
+    """
+    wavelength_m = 1e-6  # any one will do
+    scale = bow(1, np.array([wavelength_m]), np.array([index])).scale[0]
+    return float((2.0 * np.pi / wavelength_m) ** SCALE_POWER / scale)
+
+
+def unit_angle(size: Values, units: float = 1.0, unit: float = PRIMARY_UNIT) -> Values:
     """Give the angle over which z grows by some units at the primary bow.
 
     The bow's scale depends on drop and wavelength through the size parameter x alone: with the
@@ -131,11 +141,12 @@ def unit_angle(size: Values, units: float = 1.0) -> Values:
     Args:
         size: size parameter x = 2 pi a / wavelength, any shape.
         units: how many; the main maximum is at z = 1.02 and the first dark ring at z = 2.34.
+        unit: of drops that are not of water (:func:`bow_unit`).
 
     Returns:
         The angle, rad, same shape as ``size``.
     """
-    return units * PRIMARY_UNIT / size**SCALE_POWER
+    return units * unit / size**SCALE_POWER
 
 
 def bows(orders: Sequence[int], wavelength_m: Array, index: Array) -> tuple[Bow, ...]:

@@ -1,4 +1,4 @@
-"""Refractive index of liquid water relative to air."""
+"""Refractive index of liquid water, fresh and salt, relative to air."""
 
 from __future__ import annotations
 
@@ -80,3 +80,23 @@ def relative_index(wavelength_nm: Array, temperature_c: float) -> Array:
         water_density(temperature_c),
     )
     return index / AIR_REFRACTIVE_INDEX
+
+
+# Quan and Fry's n1, n2, n3 and n6, the terms of their equation 3 with the salinity.
+_SALT = (1.779e-4, -1.05e-6, 1.6e-8, 0.01155)
+
+
+def salt_index(wavelength_nm: Array, temperature_c: float, salinity_g_kg: float) -> Array:
+    """Give what salt adds to the index of water relative to air, same shape as ``wavelength_nm``.
+
+    The formula is one of water in air over 400-700 nm, 0-30 °C and 0-35 g/kg, where it reproduces
+    the measurements that Austin and Halikas (1976) collected within their errors; it is linear in
+    the salinity. Of it the terms with the salinity are taken, so that water without salt has the
+    index of the release.
+
+    Source: Quan and Fry, Applied Optics 34, 3477 (1995), equation 3 and table 1.
+    """
+    n1, n2, n3, n6 = _SALT
+    t = temperature_c
+    per_salinity = n1 + n2 * t + n3 * t**2 + n6 / np.asarray(wavelength_nm, dtype=np.float64)
+    return per_salinity * salinity_g_kg

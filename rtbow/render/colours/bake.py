@@ -15,7 +15,6 @@ from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import GlProgram
 from rtbow.physics.drop import airy
-from rtbow.physics.drop.water import relative_index
 from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.render.colours.basis import LightBasis
 from rtbow.render.uniforms import bow_defines, bow_rows, dark_edges
@@ -34,7 +33,7 @@ class Drops:
     """Drops whose colours are wanted.
 
     Attributes:
-        scatterer: theory, orders, water.
+        scatterer: theory, orders, what the drops are made of.
         radius_m: rows (R,); one for a mixture.
         mixture: sizes that the one row stands for, if it is one.
     """
@@ -136,7 +135,7 @@ def _bake(
     components: bool,
 ) -> Float32:  # fmt: skip
     """Sum Airy's bows on the GL device, some rows of radius in each pass."""
-    index = relative_index(light.wavelength_nm, drops.scatterer.temperature_c)
+    index = drops.scatterer.medium.index(light.wavelength_nm)
     bows = airy.bows(drops.scatterer.orders, light.wavelength_nm * 1e-9, index)
     defines = _bake_defines(bows, light, disc_rad, components=components)
     program = GlProgram(gl, "fast/bake.frag", defines)

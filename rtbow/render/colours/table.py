@@ -112,10 +112,15 @@ _WIDTH_UNITS = 1.4 / PRIMARY_UNIT
 main maximum has at half its height, from z = 0.09 to z = 1.72."""
 
 
-def bow_width(radius_m: float) -> float:
-    """Give the width of the main bow at the violet end, rad."""
+def bow_width(radius_m: float, unit: float) -> float:
+    """Give the width of the main bow at the violet end, rad.
+
+    Args:
+        radius_m: of the drops.
+        unit: of Airy's argument (:attr:`rtbow.physics.drop.medium.Medium.bow_unit`).
+    """
     x = 2.0 * np.pi * radius_m / (VISIBLE_NM[0] * 1e-9)
-    return float(unit_angle(x, _WIDTH_UNITS))
+    return float(unit_angle(x, _WIDTH_UNITS, unit))
 
 
 _MOST_PHASE = 800.0
@@ -125,7 +130,13 @@ _PHASE_STEP = 0.3
 """Phase between columns, rad: linear interpolation errs by 1 % of the fringes."""
 
 
-def fringe_step(orders: tuple[int, ...], radius_m: float, low: float, high: float) -> float:
+_VIOLET_INDEX = 1.343
+"""Index of water at the violet end."""
+
+
+def fringe_step(
+    orders: tuple[int, ...], radius_m: float, low: float, high: float, index: float | None
+) -> float:
     """Give the step of angles that follows the fringes of drops under a point of light.
 
     Args:
@@ -133,13 +144,14 @@ def fringe_step(orders: tuple[int, ...], radius_m: float, low: float, high: floa
         radius_m: of the largest drop.
         low: first scattering angle, rad.
         high: last.
+        index: of drops that are not of water.
 
     Returns:
         The step, rad; 0 where no step does, since wavelengths 1 nm apart differ too much.
     """
     nm = VISIBLE_NM[0]
     finest = np.inf
-    for one in bows(orders, floats([nm * 1e-9]), floats([1.343])):
+    for one in bows(orders, floats([nm * 1e-9]), floats([index or _VIOLET_INDEX])):
         scale = float(one.scale[0]) * radius_m**SCALE_POWER
         ends = one.side * (floats([low, high]) - one.angle_rad[0])
         z = max(scale * float(ends.max()), 1.0)

@@ -114,10 +114,12 @@ def _chords(plan: Plan, sun: Sun, most: int, *, everywhere: bool) -> Array:
     low, high = (0.0, np.pi) if everywhere else world.view.angles_from(sun.direction)
     largest = world.volume.size_range_um[1] * 1e-6
     if sun.disc_rad > 0.0 or not world.bows_in_place:
-        per_disc = plan.settings.texels_per_disc
-        step = np.hypot(sun.disc_rad / per_disc, 0.6 / per_disc * bow_width(largest))
+        per_disc, unit = plan.settings.texels_per_disc, world.scatterer.medium.bow_unit
+        step = np.hypot(sun.disc_rad / per_disc, 0.6 / per_disc * bow_width(largest, unit))
         return chords(low, high, float(step), most)
-    step = fringe_step(world.scatterer.orders, largest, low, high)
+    step = fringe_step(
+        world.scatterer.orders, largest, low, high, world.scatterer.medium.refractive_index
+    )
     chord = chords(low, high, step, most + 1)
     if len(chord) > most:
         raise UnsuitedError(_TOO_FINE)

@@ -144,21 +144,21 @@ class SpectralMethod:
         optics, volume = self._world.optics, self._world.volume
         count = len(optics.wavelength_nm)
         radii = volume.size_range_um
-        largest = radii[1] * 1e-6
+        largest, unit = radii[1] * 1e-6, self._world.scatterer.medium.bow_unit
         if optics.suns:
             discs = tuple(sorted({sun.disc_rad for sun in optics.suns}))
             ends = [self._world.view.angles_from(sun.direction) for sun in optics.suns]
             low, high = min(low for low, _ in ends), max(high for _, high in ends)
             table = section_table(
-                sections, count, angle_axis(low, high, discs[0], largest), radii, volume.sizes,
-                discs, components=components, running=False,
+                sections, count, angle_axis(low, high, discs[0], largest, unit), radii,
+                volume.sizes, discs, components=components, running=False,
             )  # fmt: skip
             self._set_sections("sunTheory", table)
             for k, sun in enumerate(optics.suns):
                 self._program.set(f"suns[{k}].layer", discs.index(sun.disc_rad) * count)
         if optics.lamps:
             table = section_table(
-                sections, count, angle_axis(0.0, np.pi, 0.0, largest), radii, volume.sizes,
+                sections, count, angle_axis(0.0, np.pi, 0.0, largest, unit), radii, volume.sizes,
                 (0.0,), components=components, running=True,
             )  # fmt: skip
             self._set_sections("lampTheory", table)

@@ -1,13 +1,14 @@
 """Messages about wrong scenes, made from the errors of pydantic."""
 
 from collections.abc import Collection
+from typing import get_args
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from rtbow.base.errors import cut
 from rtbow.scene.text.lines import Key, Lines
-from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, dotted, suggestion, toml_text
+from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, dotted, one_of, suggestion, toml_text
 
 _MOST_PROBLEMS = 10
 """More are counted: who mends these sees the next."""
@@ -131,11 +132,22 @@ def _unknown_key(path: tuple[str | int, ...], loc: tuple[str | int, ...]) -> str
         tag, *keys = chosen.fields
         taken = chosen.child(tag)
         assert taken is not None
+        others = one_of(_kinds_with(whole, tag, str(path[-1])))
         return (
             f"{key} does not belong to {tag} = {taken.expects()}, "
-            f"which takes {', '.join(keys)}; leave it out or change the {tag}"
+            f"which takes {', '.join(keys)}; leave it out or change the {tag} to {others}"
         )
     return f"unknown key {key}; {suggestion(table, chosen, str(path[-1]))}"
+
+
+def _kinds_with(table: Node, tag: str, key: str) -> tuple[object, ...]:
+    """Return the values of a tag with which a table may have a key."""
+    return tuple(
+        name
+        for model in table.models
+        if key in model.model_fields
+        for name in get_args(model.model_fields[tag].annotation)
+    )
 
 
 def _remedy_if_missing(path: tuple[str | int, ...], node: Node) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rtbow.base.errors import InputError, cut
-from rtbow.scene.droplets import Density, density_key
+from rtbow.scene.droplets import Density
 from rtbow.scene.lights import Light
+from rtbow.scene.radius import density_key, replaced_keys
 from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, suggestion
 
 
@@ -62,23 +63,35 @@ def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
         for key in ("box_m", "grid", "radius", "density"):
             if not any(f"{change}.".startswith(f"droplets.{key}.") for change in changes):
                 droplets.pop(key, None)  # validation refuses one that is overridden
+    if isinstance(droplets.get("radius"), dict):
+        _drop_other_distributions_keys(droplets, droplets["radius"], changes)
+
+
+def _drop_other_distributions_keys(
+    droplets: dict[str, Any], radius: dict[str, Any], changes: Mapping[str, Any]
+) -> None:
+    """Remove what a newly chosen distribution, or other parameters of the same one, replace."""
     whole = changes.get("droplets.radius")
-    chosen = changes.get(
-        "droplets.radius.distribution",
-        whole.get("distribution") if isinstance(whole, dict) else None,
-    )
-    droplets_node = ROOT.child("droplets")
-    kinds = droplets_node and droplets_node.child("radius")
+    given = dict(whole) if isinstance(whole, dict) else {}
+    given |= {
+        key.removeprefix("droplets.radius."): value
+        for key, value in changes.items()
+        if key.startswith("droplets.radius.") and value is not None
+    }
+    kinds = ROOT.child("droplets")
+    kinds = kinds and kinds.child("radius")
+    chosen = given.get("distribution", radius.get("distribution"))
     kind = kinds and kinds.kind(chosen)
-    radius, density = droplets.get("radius"), droplets.get("density")
-    if not kinds or not kind or kind is kinds or not isinstance(radius, dict):
+    if not kinds or not kind or kind is kinds:
         return  # no distribution chosen, or one that validation refuses
-    if chosen == radius.get("distribution"):
+    replaced = replaced_keys(str(chosen), given)
+    if chosen == radius.get("distribution") and not replaced:
         return
-    for key in kinds.fields.keys() - kind.fields.keys():
+    for key in (kinds.fields.keys() - kind.fields.keys()) | {*replaced}:
         radius.pop(key, None)
+    density = droplets.get("density")
     if isinstance(density, dict):
-        for key in Density.model_fields.keys() - {density_key(str(chosen))}:
+        for key in Density.model_fields.keys() - {density_key(str(chosen), given)}:
             density.pop(key, None)
 
 

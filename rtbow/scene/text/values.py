@@ -121,7 +121,7 @@ def resolve_paths(values: dict[str, Any], folder: Path) -> None:
 
 
 def scene_files(scene: Scene) -> tuple[str, ...]:
-    """Return the paths of the volumes and spectra that a scene names, in both its parts."""
+    """Return the paths of volumes, drop sizes and spectra that a scene names, in both its parts."""
     paths: list[str] = []
 
     def note(path: str) -> str:
@@ -176,7 +176,7 @@ def _paths_in(
     """Change paths in a table and those inside it; keys may be dotted, as in ``compare.right``."""
     for key, value in table.items():
         inner = f"{place}.{key}" if place else key
-        if isinstance(value, dict) and re.fullmatch(r"droplets|light(\.[0-9]+)?", inner):
+        if isinstance(value, dict) and re.fullmatch(r"droplets(\.radius)?|light(\.[0-9]+)?", inner):
             _paths_in(value, change, inner, folder)
         elif isinstance(value, list) and inner == "light":
             for light in value:
@@ -184,7 +184,9 @@ def _paths_in(
                     _paths_in(light, change, "light.0", folder)
         elif isinstance(value, str) and value:
             spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", inner)
-            if inner == "droplets.file" or (spectrum and spectrum_file(value, folder)):
+            if inner in ("droplets.file", "droplets.radius.file") or (
+                spectrum and spectrum_file(value, folder)
+            ):
                 table[key] = change(value)
 
 

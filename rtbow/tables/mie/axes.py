@@ -26,6 +26,8 @@ WIDE_INDEX_RANGE = (1.3215, 1.3470)
 """Water in air, 380-780 nm, -12 to 60 °C. Bows of high order move several times as fast with the
 index as the first two, which is what limits interpolation: a fifth of the error is left in the
 narrower range."""
+INDEX_RANGES = (INDEX_RANGE, WIDE_INDEX_RANGE, (1.3268, 1.3510), (1.3300, 1.3550))
+"""Fresh water's two, and two of salt water: up to about 20 g/kg, and up to 40."""
 _MIDDLE_INDEX = 0.5 * (INDEX_RANGE[0] + INDEX_RANGE[1])
 
 
@@ -96,7 +98,7 @@ class MieAxes:
         finer = DEFAULT_SPREAD / self.spread
         ring = 80.0 * finer / x
         unit = unit_angle(x)
-        _, _, _, secondary, primary, *_ = _anchors(m)
+        secondary, primary = self._bows(m)
         fine = (angles < ring) | (np.pi - angles < ring)
         for edge, side in ((secondary, -1.0), (primary, 1.0)):
             scaled = side * (angles - edge) / unit
@@ -122,7 +124,7 @@ class MieAxes:
         """Angles of the nodes, 0 to pi, at the index in the middle (T,)."""
         total = self._total
         # Inverted by interpolation on a line much finer than the nodes, then by Newton's steps.
-        fine = _dense_angles()
+        fine = _dense_angles(self._edges)
         place = self._place(fine)
         wanted = np.linspace(0.0, total, round(total) + 1)
         angles = np.interp(wanted, place, fine)
@@ -134,12 +136,32 @@ class MieAxes:
 
     def angles(self, m: float) -> Array:
         """Scattering angles of the nodes at index m (T,), rad."""
+        if self._one_index:
+            return self.angle_nodes
         return floats(np.interp(self.angle_nodes, _anchors(_MIDDLE_INDEX), _anchors(m)))
 
     def angle_places(self, theta: Array, m: float) -> Array:
         """Places of scattering angles along the nodes, 0..T-1, for index m."""
-        middle = np.interp(theta, _anchors(m), _anchors(_MIDDLE_INDEX))
+        middle = (
+            theta if self._one_index else np.interp(theta, _anchors(m), _anchors(_MIDDLE_INDEX))
+        )
         return floats(self._place(middle) * (round(self._total) / self._total))
+
+    @property
+    def _one_index(self) -> bool:
+        """Whether the layout is that of a single index, whose bows stay where they are."""
+        return self.index_range[0] == self.index_range[1]
+
+    @cached_property
+    def _edges(self) -> Array:
+        """Secondary and primary bow at the index in the middle."""
+        return self._bows(self.index_range[0] if self._one_index else _MIDDLE_INDEX)
+
+    def _bows(self, m: float) -> Array:
+        """Secondary and primary bow at an index."""
+        if self._one_index:
+            return floats([float(bow(k, np.array(1e-6), np.array(m)).angle_rad) for k in (2, 1)])
+        return _anchors(m)[3:5]
 
     @cached_property
     def _total(self) -> float:
@@ -149,7 +171,7 @@ class MieAxes:
     def _place(self, theta: Array) -> Array:
         # Densities c / sqrt(w² + d²) about each place where detail gathers have asinh for integral.
         place = np.degrees(theta) / self.base_deg
-        for edge in _edges():
+        for edge in self._edges:
             start = np.arcsinh(-edge / _BOW_WIDTH)
             place = place + self.per_fold * (np.arcsinh((theta - edge) / _BOW_WIDTH) - start)
         place = place + self.per_forward_fold * _pole_place(theta)
@@ -199,13 +221,8 @@ def _anchors(m: float) -> Array:
     )  # fmt: skip
 
 
-def _edges() -> Array:
-    """Secondary and primary bow at the index in the middle."""
-    return _anchors(_MIDDLE_INDEX)[3:5]
-
-
-def _dense_angles() -> Array:
-    centres = [0.0, *_edges(), np.pi]
+def _dense_angles(edges: Array) -> Array:
+    centres = [0.0, *edges, np.pi]
     away = np.geomspace(1e-7, np.pi, 4000)
     near = [c + s * away for c in centres for s in (-1.0, 1.0)]
     every = np.concatenate([*near, np.linspace(0.0, np.pi, 4000)])

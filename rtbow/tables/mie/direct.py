@@ -8,11 +8,11 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.cache import cached_arrays, source_digest
-from rtbow.physics.drop.water import relative_index
+from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import Sizes
 from rtbow.tables.mie.average import node_intensities
 from rtbow.tables.mie.axes import MieAxes
-from rtbow.tables.mie.lookup import disc_grid, resample, standard_axes
+from rtbow.tables.mie.lookup import disc_grid, index_range_of, resample, standard_axes
 
 
 @dataclass(frozen=True)
@@ -36,19 +36,19 @@ class DirectMieSections:
 
     @classmethod
     def of(
-        cls, radius_m: float, wavelength_nm: Array, temperature_c: float, spread: float
+        cls, radius_m: float, wavelength_nm: Array, medium: Medium, spread: float
     ) -> DirectMieSections:
         """Sum the series: seconds to minutes, kept in the cache.
 
         Args:
             radius_m: drop radius.
             wavelength_nm: wavelengths in air (W,).
-            temperature_c: of the water.
+            medium: what the drop is made of.
             spread: standard deviation of ln(radius).
         """
         nm = floats(wavelength_nm)
-        index = relative_index(nm, temperature_c)
-        axes = standard_axes(spread)
+        index = medium.index(nm)
+        axes = standard_axes(spread, index_range_of(index))
 
         def build() -> dict[str, Array]:
             x = 2.0 * np.pi * radius_m / (nm * 1e-9)

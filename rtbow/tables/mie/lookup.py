@@ -16,9 +16,16 @@ from rtbow.base.arrays import Array, floats
 from rtbow.base.compiled import compiled, prange
 from rtbow.base.errors import InputError
 from rtbow.physics.constants import VISIBLE_NM
+from rtbow.physics.drop.airy import PRIMARY_UNIT, bow_unit
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.sizes import Sizes, tabled_sizes
-from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
+from rtbow.tables.mie.axes import (
+    DEFAULT_SPREAD,
+    INDEX_RANGE,
+    INDEX_RANGES,
+    WIDE_INDEX_RANGE,
+    MieAxes,
+)
 
 _MARGIN = 6
 """Nodes beyond the range on each side: what a spline's end does falls by 0.27 per node."""
@@ -27,7 +34,28 @@ _MARGIN = 6
 def standard_axes(spread: float, index_range: tuple[float, float] = INDEX_RANGE) -> MieAxes:
     """Give the layout of a whole table: a narrower spread leaves finer fringes."""
     finer = min(max(DEFAULT_SPREAD / spread, 0.5), 2.0)
+    if index_range[0] == index_range[1]:
+        # One index needs no others beside it; its bows may be narrower than those of water.
+        narrower = max(PRIMARY_UNIT / bow_unit(index_range[0]), 1.0)
+        return MieAxes(
+            spread, 1.0, 1, index_range, 60.0 * finer * narrower, 100.0 * finer, 50.0 * finer, 0.45
+        )
     return MieAxes(spread, 1.0, 5, index_range, 60.0 * finer, 100.0 * finer, 50.0 * finer, 0.45)
+
+
+def index_range_of(index: Array) -> tuple[float, float]:
+    """Give the range of a table that holds some indices: one of water's, or a single index.
+
+    Raises:
+        InputError: indices beyond water's that differ from wavelength to wavelength.
+    """
+    low, high = float(index.min()), float(index.max())
+    for ends in INDEX_RANGES:
+        if ends[0] <= low and high <= ends[1]:
+            return ends
+    if low < high:
+        check_index(index, WIDE_INDEX_RANGE)
+    return low, high
 
 
 def node_range(axes: MieAxes, radii_um: tuple[float, float]) -> tuple[int, int]:

@@ -10,15 +10,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtbow.base.arrays import Progress, no_progress
+from rtbow.base.arrays import Progress, floats, no_progress
 from rtbow.base.cache import cached_arrays, file_digest, source_digest
 from rtbow.base.errors import RtbowError
 from rtbow.base.files import write_atomic
 from rtbow.base.limits import TABLE_RADII_UM
 from rtbow.base.resources import resource_dir
+from rtbow.tables.mie.average import mean_efficiency
 from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.tables.mie.build import build_mie_table, kept_table
-from rtbow.tables.mie.lookup import MieTable, standard_axes
+from rtbow.tables.mie.lookup import MieTable, node_range, standard_axes
 
 COMPACT_FILE = resource_dir("data") / "mie-compact.bin"
 _PER_OCTAVE = 256.0
@@ -129,7 +130,7 @@ def mie_table(
         spread: standard deviation of ln(radius).
         radii_um: least and greatest radius.
         progress: wraps the loop over the parts that are built.
-        index_range: of the water.
+        index_range: of the drops.
     """
     key = (spread, radii_um, index_range)
     if key not in _held:
@@ -155,3 +156,18 @@ def _find_table(
     if usual and low <= radii_um[0] and radii_um[1] <= high:
         return compact_table()
     return build_mie_table(axes, range_candidates(radii_um)[0], progress)
+
+
+@lru_cache(maxsize=4)
+def efficiency_table(axes: MieAxes, radii_um: tuple[float, float]) -> MieTable:
+    """Give a table that holds extinction efficiencies alone, for radii up to those of large drops'
+    limit: a second of work, kept in the cache."""
+    first, end = node_range(axes, radii_um)
+
+    def build() -> dict[str, NDArray[np.float64]]:
+        nodes = floats(np.arange(first, end) * axes.step)
+        return {"q": np.stack([mean_efficiency(axes, nodes, float(m)) for m in axes.index_nodes])}
+
+    key = f"{source_digest('physics.drop', 'tables.mie')} {axes} {radii_um}"
+    efficiency = cached_arrays("mie-efficiency", key, build)["q"]
+    return MieTable(axes, first, np.zeros((*efficiency.shape, 2, 0), np.float32), efficiency)

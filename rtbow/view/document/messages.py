@@ -66,6 +66,7 @@ class FrameDrawn:
         method: by which it was drawn.
         unsuited: why ``auto`` did not take ``fast``; empty if it did.
         renderer: the device.
+        notes: what of the scene is not drawn as it stands.
     """
 
     number: int
@@ -76,6 +77,7 @@ class FrameDrawn:
     method: str
     unsuited: str
     renderer: str
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

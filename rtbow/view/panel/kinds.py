@@ -13,12 +13,14 @@ from pydantic import BaseModel
 from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
 from rtbow.physics.geometry import direction
-from rtbow.scene.droplets import Droplets, density_key
+from rtbow.scene.droplets import Droplets
 from rtbow.scene.model import Scene
+from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import Node
 from rtbow.view.panel.rows import Row, rounded, rows_of
 from rtbow.view.picture.overlays import box_of
 from rtbow.view.picture.projection import azimuth_altitude_deg
+from rtbow.world.rain.size_file import read_size_file
 from rtbow.world.spectra import load_spectrum
 
 Values = dict[str, object]
@@ -35,7 +37,10 @@ _LAMP_AWAY_M, _LAMP_UP_M = 5.0, 4.0
 """Distance and height above the eye of a lamp that takes a sun's place."""
 _LAMP_LM = 8000.0
 _MEANS = ("radius_um", "mean_um", "median_um", "effective_radius_um")
+_OTHER_PARAMETERS = ("n0", "mu", "lambda_per_mm")
+"""Parameters of a distribution that has others, with which it begins."""
 _FILE = "shower.npz"
+_SIZE_FILE = "shower-sizes.csv"
 _IN_VOLUME = ("radius_um", "number_per_m3", "box_m")
 
 
@@ -51,7 +56,7 @@ def radius_table(droplets: Droplets, kind: str, kinds: Node) -> Values:
         Changes by key inside ``droplets``.
     """
     before = droplets.radius
-    old: Values = {} if before is None else before.model_dump()
+    old: Values = {} if before is None else before.model_dump(exclude_none=True)
     mean, spread = _mean(old), _spread(old)
     table: Values = {"distribution": kind}
     for row in _rows(kinds.kind(kind)):
@@ -61,11 +66,15 @@ def radius_table(droplets: Droplets, kind: str, kinds: Node) -> Values:
             table[row.name] = "local" if droplets.grid is None else "per-point"
         elif row.name in old:
             table[row.name] = old[row.name]
-        else:
+        elif row.kind == "path":
+            table[row.name] = str(resource_dir("scenes") / _SIZE_FILE)
+        elif row.name not in _OTHER_PARAMETERS:
             table[row.name] = _within(row, _of_sizes(row.name, kind, mean, spread))
     changes: Values = {"radius": {key: value for key, value in table.items() if value is not None}}
     key = density_key(kind)
-    if droplets.density is None or getattr(droplets.density, key) is None:
+    if key is None:
+        changes["density"] = None
+    elif droplets.density is None or getattr(droplets.density, key) is None:
         changes["density"] = {key: _DENSITIES[key]}
     return changes
 
@@ -76,6 +85,8 @@ def _mean(old: Values) -> float:
             return _number(old[name])
     if "min_um" in old:
         return 0.5 * (_number(old["min_um"]) + _number(old["max_um"]))
+    if "mu" in old:
+        return 500.0 * (_number(old["mu"]) + 3.0) / _number(old["lambda_per_mm"])
     return _RADIUS_UM
 
 
@@ -86,6 +97,8 @@ def _spread(old: Values) -> float:
         return _number(old["log_std"])
     if "effective_variance" in old:
         return math.sqrt(_number(old["effective_variance"]))
+    if "mu" in old:
+        return 1.0 / math.sqrt(_number(old["mu"]) + 3.0)
     if "min_um" in old:
         width = _number(old["max_um"]) - _number(old["min_um"])
         return width / (math.sqrt(12.0) * _mean(old))
@@ -232,7 +245,7 @@ def droplets_of_box(droplets: Droplets, kinds: Node) -> Values:
 
 
 def problem_of_file(key: str, value: object, scene: Scene) -> str:
-    """Say what is wrong with a file of rain or of a spectrum that a key is to name.
+    """Say what is wrong with a file of rain, drop sizes or a spectrum that a key is to name.
 
     Only a volume's list of arrays is read, since these may be large. Empty if nothing is wrong.
 
@@ -245,6 +258,11 @@ def problem_of_file(key: str, value: object, scene: Scene) -> str:
         return ""
     if key == "droplets.file":
         return _problem_of_volume(Path(value))
+    if key == "droplets.radius.file":
+        try:
+            read_size_file(Path(value))
+        except InputError as error:
+            return str(error)
     if named := re.fullmatch(r"light\.(\d+)\.spectrum", key):
         number = int(named[1])
         try:

@@ -10,9 +10,10 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
-from rtbow.scene.droplets import Droplets, density_key
+from rtbow.scene.droplets import Density, Droplets
 from rtbow.scene.lights import PointLight, SunLight
 from rtbow.scene.model import Scene
+from rtbow.scene.radius import GammaRadius, density_key
 from rtbow.scene.text.file import parse_set
 from rtbow.scene.text.overrides import flat, plain
 from rtbow.scene.text.schema import Node, toml_text
@@ -253,8 +254,14 @@ class Tables:
         needed: set[str] = set()
         if part == "density" and droplets.radius is not None:
             # The other key does not suit the distribution.
-            needed = {density_key(droplets.radius.distribution)}
-            hidden = {*droplets_density_keys()} - needed
+            radius = droplets.radius
+            key = density_key(radius.distribution, radius.model_dump(exclude_none=True))
+            needed = set() if key is None else {key}
+            hidden = {*Density.model_fields} - needed
+        if isinstance(table, GammaRadius):
+            # Of its two sets of parameters, the one that is given.
+            hidden = {name for name in type(table).model_fields if getattr(table, name) is None}
+            needed = {*type(table).model_fields} - hidden
         node = _node(type(self._proposals.scene), "droplets", part)
         self.table(f"{path}.{part}", table, hidden=hidden, needed=needed, kinds=node.models)
 
@@ -354,11 +361,6 @@ class Tables:
 
         width = rows.right_edge - rows.left
         widgets.text(rows, RIGHT, "", width, add, hint="key = value of the right side")
-
-
-def droplets_density_keys() -> tuple[str, ...]:
-    """Name the density keys; each distribution has one of them."""
-    return density_key("constant"), density_key("marshall-palmer")
 
 
 @lru_cache(maxsize=16)

@@ -14,7 +14,6 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.drop.airy import bow
-from rtbow.physics.drop.water import relative_index
 from rtbow.physics.geometry import angle_between, box_span, direction
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lights import PointLight, SunLight
@@ -96,7 +95,7 @@ def descartes_deg(scene: Scene, reflections: int, wavelength_nm: float) -> float
     the drops: this is the limit of large ones and of a light without a disc.
     """
     nm = floats([wavelength_nm])
-    index = relative_index(nm, scene.scattering.water_temperature_c)
+    index = scene.scattering.medium.index(nm)
     return float(np.degrees(bow(reflections, nm * 1e-9, index).angle_rad[0]))
 
 
@@ -109,7 +108,7 @@ def bow_circles(
     """Give the Descartes circles of each sun's bows about its antisolar point.
 
     Args:
-        scene: the scene; its water's temperature counts.
+        scene: the scene; what its drops are made of counts.
         view: its view.
         orders: internal reflections; those of the scene by default.
         wavelengths_nm: of the light.
@@ -145,7 +144,7 @@ def lamp_bows(
     the lamp, and the secondary's outside the line of the near side.
 
     Args:
-        scene: the scene; its water's temperature counts.
+        scene: the scene; what its drops are made of counts.
         view: its view.
         box_m: the rain's lower and upper corner (2, 3).
         orders: internal reflections; those of the scene by default.

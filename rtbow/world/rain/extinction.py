@@ -83,7 +83,7 @@ def effective_efficiencies(scene: Scene, optics: Optics, radius_m: Array, nm: Ar
         return np.full((len(radius_m), len(nm)), fixed)
     discs = [sun.disc_rad for sun in optics.suns]
     x = 2.0 * np.pi * floats(radius_m)[:, None] / (floats(nm) * 1e-9)
-    exact = extinction_efficiencies(radius_m, nm, scene.scattering.water_temperature_c)
+    exact = extinction_efficiencies(radius_m, nm, scene.scattering.medium)
     return floats(exact - disc_share(x, max(discs, default=NO_SUN_DISC_RAD)))
 
 
@@ -163,6 +163,24 @@ def with_second(field: Array) -> Array:
     return np.ascontiguousarray(np.stack([field, np.zeros_like(field)], axis=-1))
 
 
+def mean_extinction_along(
+    points: Array, directions: Array, lengths: Array, volume: DropletVolume, field: Array
+) -> Array:
+    """Give the mean extinction along straight ways through a volume (n,), 1/m.
+
+    Args:
+        points: starts in the box (n, 3), m.
+        directions: unit directions (n, 3).
+        lengths: of the ways (n,), m.
+        volume: the volume.
+        field: extinction at its grid points (nz, ny, nx).
+    """
+    cells = (np.array(volume.shape) - 1.0) / (volume.box_m[1] - volume.box_m[0])
+    return floats(
+        _mean_towards(points, directions, lengths, volume.box_m, with_second(field), cells)
+    )
+
+
 def mean_extinction_towards(light: Sun | Lamp, volume: DropletVolume, field: Array) -> Float32:
     """Give the mean extinction from points of a volume towards a light, within the box.
 
@@ -182,6 +200,5 @@ def mean_extinction_towards(light: Sun | Lamp, volume: DropletVolume, field: Arr
     z, y, x = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
     directions, lengths = paths_to(light, points, volume.box_m)
-    cells = (np.array(volume.shape) - 1.0) / (volume.box_m[1] - volume.box_m[0])
-    means = _mean_towards(points, directions, lengths, volume.box_m, with_second(field), cells)
+    means = mean_extinction_along(points, directions, lengths, volume, field)
     return np.asarray(means.reshape(counts[::-1]), dtype=np.float32)

@@ -14,7 +14,7 @@ from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError
 from rtbow.base.files import write_atomic
 from rtbow.physics.sizes import Sizes
-from rtbow.scene.droplets import Droplets
+from rtbow.scene.droplets import Density, Droplets
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import place_of
 from rtbow.world.rain.drops import distribution, draw_drops
@@ -105,29 +105,30 @@ def scene_volume(scene: Scene) -> DropletVolume:
     """Make the volume that a scene asks for, as :func:`build_volume`.
 
     Raises:
-        InputError: the volume file is not usable; says which key of the scene names it.
+        InputError: the file of volume or drop sizes is not usable; says which key names it.
     """
     try:
         return build_volume(scene.droplets)
     except InputError as error:
-        raise InputError(f"{place_of(scene, 'droplets.file')}: {error}") from None
+        key = "droplets.radius.file" if scene.droplets.file is None else "droplets.file"
+        raise InputError(f"{place_of(scene, key)}: {error}") from None
 
 
 def build_volume(droplets: Droplets) -> DropletVolume:
     """Make the volume that a scene asks for, drawn from its seed or read from its file.
 
     Raises:
-        InputError: the volume file is not usable.
+        InputError: the file of volume or drop sizes is not usable.
     """
     if droplets.file is not None:
         return load_volume(Path(droplets.file))
     assert droplets.box_m is not None  # the scene checks that box, radius and density are there
     assert droplets.radius is not None
-    assert droplets.density is not None
+    density = droplets.density or Density()
     shape = droplets.grid or (1, 1, 1)
     box = np.array(droplets.box_m, dtype=np.float64)
     if droplets.one_kind:
-        sizes = distribution(droplets.radius, droplets.density)
+        sizes = distribution(droplets.radius, density)
         return DropletVolume(
             box_m=box,
             radius_um=np.full(shape, sizes.effective_radius_m * 1e6, dtype=np.float32),
@@ -135,7 +136,7 @@ def build_volume(droplets: Droplets) -> DropletVolume:
             sizes=sizes if len(sizes.radius_m) > 1 else None,
         )
     rng = np.random.default_rng(droplets.seed)
-    radius_m, number = draw_drops(droplets.radius, droplets.density, int(np.prod(shape)), rng)
+    radius_m, number = draw_drops(droplets.radius, density, int(np.prod(shape)), rng)
     return DropletVolume(
         box_m=box,
         radius_um=(radius_m * 1e6).astype(np.float32).reshape(shape),

@@ -41,7 +41,8 @@ from scene_samples import BASE, FROM_FILE, problems
             "radius_um = 500.0",
             "radius_um = 5\nmin_um = 3",
             'droplets.radius.min_um does not belong to distribution = "constant", '
-            "which takes radius_um; leave it out or change the distribution",
+            "which takes radius_um; leave it out or change the distribution "
+            'to one of "uniform", "marshall-palmer"',
         ),
         (
             "[droplets.radius]",
@@ -53,14 +54,14 @@ from scene_samples import BASE, FROM_FILE, problems
             'distribution = "konstant"',
             'droplets.radius.distribution = "konstant"; '
             'must be one of "constant", "uniform", "normal", "lognormal", "gamma", '
-            '"modified-gamma", "marshall-palmer"',
+            '"modified-gamma", "marshall-palmer", "table"',
         ),
         (
             'distribution = "constant"',
             "",
             "droplets.radius.distribution is missing; "
             'must be one of "constant", "uniform", "normal", "lognormal", "gamma", '
-            '"modified-gamma", "marshall-palmer"',
+            '"modified-gamma", "marshall-palmer", "table"',
         ),
         ("[[light]]", "[[lights]]", "unknown key lights; did you mean light?"),
         (
@@ -102,7 +103,7 @@ from scene_samples import BASE, FROM_FILE, problems
             '"sun"\nposition_m = [0, 0, 4]',
             'light.0.position_m does not belong to type = "sun", which takes altitude_deg, '
             "azimuth_deg, spectrum, beyond, angular_diameter_deg, irradiance_w_m2; leave it out or "
-            "change the type",
+            'change the type to "point"',
         ),
         (
             "size_px = [64, 36]",
@@ -311,13 +312,15 @@ LAMP = 'type = "point"\nposition_m = [0, 0, 4]\nluminous_flux_lm = 800.0\ndiamet
             "diameter_m = 0.1",
             "altitude_deg = 20.0",
             'light.0.altitude_deg does not belong to type = "point", which takes position_m, '
-            "spectrum, beyond, luminous_flux_lm, diameter_m; leave it out or change the type",
+            "spectrum, beyond, luminous_flux_lm, diameter_m; leave it out or change the type to "
+            '"sun"',
         ),
         (
             "diameter_m = 0.1",
             "irradiance_w_m2 = 20.0",
             'light.0.irradiance_w_m2 does not belong to type = "point", which takes position_m, '
-            "spectrum, beyond, luminous_flux_lm, diameter_m; leave it out or change the type",
+            "spectrum, beyond, luminous_flux_lm, diameter_m; leave it out or change the type to "
+            '"sun"',
         ),
         ('type = "point"\n', "", None),
     ],

@@ -153,14 +153,15 @@ def test_a_new_volume_file_replaces_the_description(tmp_path):
             [
                 '--set droplets.radius.distribution = "unform"; '
                 'must be one of "constant", "uniform", "normal", "lognormal", "gamma", '
-                '"modified-gamma", "marshall-palmer"'
+                '"modified-gamma", "marshall-palmer", "table"'
             ],
         ),
         (
             {"droplets.radius.min_um": 5},
             [
                 '--set droplets.radius.min_um does not belong to distribution = "constant", '
-                "which takes radius_um; leave it out or change the distribution"
+                "which takes radius_um; leave it out or change the distribution "
+                'to one of "uniform", "marshall-palmer"'
             ],
         ),
         (

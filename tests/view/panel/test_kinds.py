@@ -20,6 +20,7 @@ from rtbow.view.panel import kinds
 
 DISTRIBUTIONS = (
     "constant", "uniform", "normal", "lognormal", "gamma", "modified-gamma", "marshall-palmer",
+    "table",
 )  # fmt: skip
 
 
@@ -42,7 +43,7 @@ def test_every_distribution_turns_into_every_other(before, after):
         table = kinds.radius_table(scene.droplets, kind, node)
         scene = changed_scene(scene, {f"droplets.{key}": value for key, value in table.items()})
         assert scene.droplets.radius.distribution == kind
-    if "marshall-palmer" not in (before, after):
+    if not {"marshall-palmer", "table"} & {before, after}:
         assert mean_um(scene.droplets) == pytest.approx(first, rel=0.02)
     assert load_scene("uniform", {"droplets": values_of(scene)["droplets"]}) == scene
 
@@ -65,6 +66,27 @@ def test_chosen_distributions_come_and_go(uniform):
         assert not uniform.panel.rows.drafts.refusals
         uniform.click("droplets.radius.distribution/reset")
         assert uniform.edits.scene == first
+
+
+def test_drops_that_count_themselves_are_shown_without_a_density(egl):
+    with staged(egl, "fogbow") as stage:
+        assert "droplets.radius.effective_variance" in stage.seen
+        assert "droplets.radius.n0" not in stage.seen
+        stage.edits.change(
+            {
+                "droplets.radius.n0": 8e3, "droplets.radius.mu": 2.0,
+                "droplets.radius.lambda_per_mm": 4.0,
+            }
+        )  # fmt: skip
+        stage.frames(2)
+        assert {"droplets.radius.n0", "droplets.radius.mu"} <= stage.seen.keys()
+        assert "droplets.radius.effective_variance" not in stage.seen
+        assert not any(path.startswith("droplets.density.") for path in stage.seen)
+        stage.click("droplets.radius.distribution")
+        stage.click("droplets.radius.distribution=table")
+        assert stage.edits.scene.droplets.radius.distribution == "table"
+        assert stage.edits.scene.droplets.density is None
+        assert "droplets.radius.file" in stage.seen
 
 
 def test_drops_come_from_a_file_and_go_back(egl):

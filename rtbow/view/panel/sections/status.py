@@ -37,6 +37,8 @@ class Status:
         frame = state.frame
         if frame is not None and state.method == "auto" and frame.unsuited:
             rows.wrapped(f"auto took {frame.method}: {frame.unsuited}", look.WARNING)
+        for note in frame.notes if frame is not None else ():
+            rows.wrapped(note, look.WARNING)
         if state.stale:
             rows.wrapped(f"The last good picture: {state.stale}", look.WARNING)
         for number, notice in enumerate(list(state.notices)):
