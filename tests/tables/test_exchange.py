@@ -40,7 +40,8 @@ def test_exact_table_holds_its_total(disc):
 
 @pytest.mark.parametrize("disc", [0.0, 0.533])
 def test_airy_table_holds_its_total(disc):
-    """With and without a disc (1.8e-3 off at worst), against an integral at angles close enough for every fringe."""
+    """With and without a disc, against an integral at angles close enough for every fringe: 1.8e-3
+    off at worst."""
     radii, nm = (5.0, 100.0, 1500.0), (400.0, 700.0)
     fine = plain_table(airy(radii, nm, 100_001, disc))
     np.testing.assert_allclose(integral(fine), fine["scattering_m2"], rtol=3e-3)
