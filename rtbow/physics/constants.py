@@ -21,3 +21,10 @@ SCALE_HEIGHT_M = 7994.0
 
 SUN_DIAMETER_DEG = 0.533
 """The sun's disc across, at its mean distance."""
+MOON_RADIUS_KM = 1_737.4
+MOON_DISTANCE_KM = 384_400.0
+"""Mean distance from the Earth's centre."""
+MOON_DISTANCES_KM = (350_000.0, 410_000.0)
+"""Range of it, and of the distance from places on the ground."""
+MOON_PHASES_DEG = (0.0, 120.0)
+"""Angles at the Moon between sun and eye for which its brightness is known."""

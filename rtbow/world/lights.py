@@ -9,9 +9,11 @@ import numpy as np
 
 from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError
+from rtbow.physics.constants import MOON_DISTANCE_KM
 from rtbow.physics.geometry import direction
+from rtbow.physics.light.moon import moonlight
 from rtbow.physics.light.spectrum import Spectrum, luminous
-from rtbow.scene.lights import PointLight, SunLight
+from rtbow.scene.lights import MOON, PointLight, SunLight
 from rtbow.scene.model import Scene
 from rtbow.world.spectra import E490, load_spectrum
 
@@ -53,7 +55,14 @@ class Lamp:
 
 
 def _sun(light: SunLight) -> Sun:
-    spectrum = load_spectrum(light.spectrum)
+    if light.spectrum == MOON:
+        spectrum = moonlight(
+            load_spectrum(E490),
+            light.moon_phase_deg or 0.0,
+            light.moon_distance_km or MOON_DISTANCE_KM,
+        )
+    else:
+        spectrum = load_spectrum(light.spectrum)
     if light.irradiance_w_m2 is not None:
         spectrum = spectrum.scaled(light.irradiance_w_m2)
     elif not spectrum.absolute:
