@@ -31,8 +31,9 @@ MOON = "moon"
 _DIGITS = 6
 AT = ("altitude_deg", "azimuth_deg")
 """Where a light at infinity stands, unless time and place say it."""
-_LIT = ("moon_phase_deg", "moon_distance_km")
-FROM_TIME = (*AT, *_LIT)
+LIT = ("moon_phase_deg", "moon_distance_km")
+"""How the Moon is lit, unless time and place say it."""
+FROM_TIME = (*AT, *LIT)
 """What follows from a light's time and place."""
 TIME_AND_PLACE = ("time", "latitude_deg", "longitude_deg")
 
@@ -132,7 +133,7 @@ class SunLight(Table):
             return data
         moon = data.get("spectrum") == MOON
         if not moon:
-            for key in _LIT:
+            for key in LIT:
                 if data.get(key) is not None:
                     raise refused(f'{key} goes with spectrum = "{MOON}"; leave it out')
         if data.get("time") is not None:

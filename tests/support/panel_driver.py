@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
 from rtbow.gl.context import GlContext
+from rtbow.scene.lights import LIT, TIME_AND_PLACE
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene
 from rtbow.scene.text.schema import ROOT, Node
@@ -297,6 +298,10 @@ def shown_rows(scene: Scene) -> list[Row]:
         rain = drops.density is not None and drops.density.rain_rate_mm_h is not None
         other = "number_per_m3" if rain else "rain_rate_mm_h"
         without |= {"droplets.file", f"droplets.density.{other}"}
+    for number, light in enumerate(scene.light):
+        if light.type == "sun":  # by hand, and no Moon
+            for key in (*TIME_AND_PLACE, *LIT):
+                without.add(f"light.{number}.{key}")
     return [row for row in scene_rows(scene) if row.path not in without]
 
 
