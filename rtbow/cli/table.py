@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -23,6 +23,9 @@ from rtbow.cli.options import (
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Theory
+
+_SUFFIXES = {"arrays": (".npz", ".exr"), "mitsuba": (".xml", ".txt"), "texture": (".exr",)}
+_COLUMNS = 2001
 
 
 @click.group()
@@ -99,6 +102,14 @@ def table_info(samples: int) -> None:
 
 @table.command("export")
 @click.argument("output")
+@click.option(
+    "--for",
+    "purpose",
+    type=click.Choice(tuple(_SUFFIXES)),
+    default="arrays",
+    show_default=True,
+    help="arrays: .npz or .exr; mitsuba: a phase function, .xml or .txt; texture: colours, .exr.",
+)
 @choice_option("--theory", ("airy", "mie"), "Theory of the single drop.")
 @disc_option
 @spread_option
@@ -107,29 +118,40 @@ def table_info(samples: int) -> None:
 @click.option(
     "--angles",
     type=WholeNumber(2, 1_000_000),
-    default=2001,
-    show_default=True,
     metavar="N",
-    help="Scattering angles from 0 to 180 degrees.",
+    help="Even steps from 0 to 180 degrees; left out: angles that follow peak and bows (.npz), 2001"
+    " (.exr), 20001 steps of the cosine (mitsuba), 4000 cells (texture).",
+)
+@click.option(
+    "--spectrum", metavar="NAME", help="The light of a texture: a name or a file; left out: E490."
 )
 @quiet_option
 def table_export(
     output: str,
+    purpose: Literal["arrays", "mitsuba", "texture"],
     theory: Theory,
     disc: float,
     spread: float,
     radius_um: tuple[float, ...] | None,
     wavelength_nm: tuple[float, ...] | None,
-    angles: int,
+    angles: int | None,
+    spectrum: str | None,
     quiet: bool,
 ) -> None:
-    """Write the plain table (radius x wavelength x angle) for other programs: .npz or .exr.
+    """Write the scattering of drops for other programs.
 
-    Example: rtbow table export airy.npz --radius-um 100,500 --disc 0
+    Plain arrays hold radius x wavelength x angle. Phase functions keep the forward peak's share
+    however coarse their steps are; those for Mitsuba have one radius and one wavelength.
+
+    \b
+    Examples:
+      rtbow table export airy.npz --radius-um 100,500 --disc 0
+      rtbow table export drops.xml --for mitsuba --theory mie --radius-um 500 --wavelength-nm 550
+      rtbow table export drops.exr --for texture --theory mie
     """  # fmt: skip
     from rtbow.base.files import check_writable
 
-    check_writable(output, (".npz", ".exr"))
+    check_writable(output, _SUFFIXES[purpose])
     from rtbow.tables.export import (
         PlainTable,
         default_radii_um,
@@ -139,6 +161,10 @@ def table_export(
 
     if theory == "airy" and spread != SPREAD_PERCENT:
         raise InputError("--spread goes with --theory mie: Airy's table has none; add it")
+    if spectrum is not None and purpose != "texture":
+        raise InputError("--spectrum goes with --for texture: the others have no colour; add it")
+    if purpose == "arrays" and angles is None and output.lower().endswith(".exr"):
+        angles = _COLUMNS
     wanted = PlainTable(
         theory,
         default_radii_um() if radius_um is None else radius_um,
@@ -147,11 +173,19 @@ def table_export(
         disc,
         round(spread / 100.0, 9),
     )
-    export_table(
-        Path(output),
-        wanted,
-        progress_bar("exporting", quiet, "radius"),
-        progress_bar("building the table", quiet, "part"),
-    )
+    progress = progress_bar("exporting", quiet, "radius")
+    building = progress_bar("building the table", quiet, "part")
+    if purpose == "mitsuba":
+        from rtbow.tables.exchange import write_mitsuba
+
+        write_mitsuba(Path(output), wanted, building)
+    elif purpose == "texture":
+        from rtbow.scene.lights import E490
+        from rtbow.tables.exchange import write_texture
+        from rtbow.world.spectra import load_spectrum
+
+        write_texture(Path(output), wanted, load_spectrum(spectrum or E490), progress, building)
+    else:
+        export_table(Path(output), wanted, progress, building)
     if not quiet:
         click.echo(output)

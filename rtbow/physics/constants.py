@@ -28,3 +28,10 @@ PLANCK_J_S = 6.62607015e-34
 ELEMENTARY_CHARGE_C = 1.602176634e-19
 AVOGADRO_PER_MOL = 6.02214076e23
 """Exact, as the SI defines them (9th brochure, 2019)."""
+MOON_RADIUS_KM = 1_737.4
+MOON_DISTANCE_KM = 384_400.0
+"""Mean distance from the Earth's centre."""
+MOON_DISTANCES_KM = (350_000.0, 410_000.0)
+"""Range of it, and of the distance from places on the ground."""
+MOON_PHASES_DEG = (0.0, 120.0)
+"""Angles at the Moon between sun and eye for which its brightness is known."""

@@ -2,14 +2,21 @@
 
 import os
 import re
+from datetime import date, datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, model_validator
 
+from rtbow.base.errors import InputError
 from rtbow.base.limits import MAX_DISC_DEG
-from rtbow.physics.constants import SUN_DIAMETER_DEG
-from rtbow.scene.table import AltitudeDeg, Point, Table, shown_as
+from rtbow.physics.constants import (
+    MOON_DISTANCE_KM,
+    MOON_DISTANCES_KM,
+    MOON_PHASES_DEG,
+    SUN_DIAMETER_DEG,
+)
+from rtbow.scene.table import AltitudeDeg, Point, Table, refused, shown_as
 
 _KIND = Field(
     description="the kind of light",
@@ -20,8 +27,10 @@ _KIND = Field(
 )
 E490 = "E490"
 EQUAL_ENERGY = "equal-energy"
+MOON = "moon"
+"""The spectrum of a light that is the Moon: sunlight times its reflectance."""
 _SPECTRUM = (
-    "E490, equal-energy, a CIE name (FL2, HP1, LED-B3) or a file of wavelengths and values, "
+    "E490, moon, equal-energy, a CIE name (FL2, HP1, LED-B3) or a file of wavelengths and values, "
     "such as lamp.csv, or lamp.csv#3 for its third column"
 )
 _BEYOND = Field(
@@ -30,10 +39,23 @@ _BEYOND = Field(
     json_schema_extra=shown_as("", "Light at the ends of the rainbow that was not measured."),
 )
 Beyond = Literal["zero", "hold"]
+_DIGITS = 6
+AT = ("altitude_deg", "azimuth_deg")
+"""Where a light at infinity stands, unless time and place say it."""
+LIT = ("moon_phase_deg", "moon_distance_km")
+"""How the Moon is lit, unless time and place say it."""
+FROM_TIME = (*AT, *LIT)
+"""What follows from a light's time and place."""
+TIME_AND_PLACE = ("time", "latitude_deg", "longitude_deg")
+
+
+def _moment(value: object) -> object:
+    """Take a date and time of TOML as its text."""
+    return value.isoformat() if isinstance(value, date) else value  # a datetime is a date, too
 
 
 class SunLight(Table):
-    """A uniform disc at infinity."""
+    """A uniform disc at infinity: the sun, the Moon, or a light of any other spectrum."""
 
     type: Annotated[Literal["sun"], _KIND] = "sun"
     altitude_deg: AltitudeDeg = Field(
@@ -78,6 +100,101 @@ class SunLight(Table):
             "W/m²", "Makes the whole bow brighter or darker.", (1.0, 2000.0), log=True
         ),
     )
+    time: Annotated[str, BeforeValidator(_moment)] | None = Field(
+        None,
+        description="date and time with offset from UTC, such as 2013-05-27T13:46:00Z: places the"
+        " light as it is seen from latitude_deg and longitude_deg, instead of altitude_deg and"
+        " azimuth_deg",
+        json_schema_extra=shown_as("", "The sun of that moment; with spectrum moon, the Moon."),
+    )
+    latitude_deg: float | None = Field(
+        None,
+        ge=-90,
+        le=90,
+        description="of the place, north is positive",
+        json_schema_extra=shown_as("deg", "Where the sky of that time is seen."),
+    )
+    longitude_deg: float | None = Field(
+        None,
+        ge=-180,
+        le=180,
+        description="of the place, east is positive",
+        json_schema_extra=shown_as("deg", "Where the sky of that time is seen."),
+    )
+    moon_phase_deg: float | None = Field(
+        None,
+        ge=MOON_PHASES_DEG[0],
+        le=MOON_PHASES_DEG[1],
+        description="angle at the Moon between sun and eye, with spectrum moon: 0 is full (and left"
+        " out), 90 half",
+        json_schema_extra=shown_as("deg", "A half moon gives a tenth of the light of a full one."),
+    )
+    moon_distance_km: float | None = Field(
+        None,
+        ge=MOON_DISTANCES_KM[0],
+        le=MOON_DISTANCES_KM[1],
+        description="of the Moon, with spectrum moon; left out: 384400",
+        json_schema_extra=shown_as("km", "Near, it is a quarter brighter than far away."),
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _placed(cls, data: Any) -> Any:
+        """Fill in what follows from time and place, and the size of the Moon."""
+        if not isinstance(data, dict):
+            return data
+        moon = data.get("spectrum") == MOON
+        if not moon:
+            for key in LIT:
+                if data.get(key) is not None:
+                    raise refused(f'{key} goes with spectrum = "{MOON}"; leave it out')
+        if data.get("time") is not None:
+            data = {**data, **_by_time(data, moon)}
+        if moon and data.get("angular_diameter_deg") is None:
+            from rtbow.physics.light.moon import diameter_deg
+
+            distance = data.get("moon_distance_km") or MOON_DISTANCE_KM
+            if isinstance(distance, float | int) and distance >= MOON_DISTANCES_KM[0]:
+                data = {**data, "angular_diameter_deg": round(diameter_deg(distance), _DIGITS)}
+        return data
+
+
+def _by_time(data: dict[str, Any], moon: bool) -> dict[str, float]:
+    """Give what follows from a light's time and place, by key; the rest is checked later."""
+    from rtbow.physics.light.sun_position import moon_position, sun_position
+
+    text = _moment(data["time"])
+    try:
+        when = datetime.fromisoformat(str(text))
+    except ValueError:
+        raise refused(
+            f"time = {str(text)[:40]!r} is no date and time; write for example 2013-05-27T13:46:00Z"
+        ) from None
+    latitude, longitude = (data.get(key) for key in ("latitude_deg", "longitude_deg"))
+    numbers = [at for at in (latitude, longitude) if isinstance(at, float | int)]
+    if len(numbers) < 2:
+        raise refused("time needs a place: give latitude_deg and longitude_deg in degrees, too")
+    try:
+        if moon:
+            at = moon_position(when, *numbers)
+            values: tuple[float, ...] = (
+                at.altitude_deg,
+                at.azimuth_deg,
+                at.phase_deg,
+                at.distance_km,
+            )
+        else:
+            seen = sun_position(when, *numbers)
+            values = (seen.altitude_deg, seen.azimuth_deg)
+    except InputError as error:
+        raise refused(str(error)) from None
+    found = dict(zip(FROM_TIME, (round(v, _DIGITS) for v in values), strict=False))
+    for key, value in found.items():
+        if data.get(key) is not None and data[key] != value:
+            raise refused(
+                f"{key} = {data[key]} beside time, which makes it {value:g}; leave one of them out"
+            )
+    return found
 
 
 class PointLight(Table):
@@ -140,4 +257,4 @@ def spectrum_file(spectrum: str, folder: Path | None = None) -> str:
         return path if mark and path != spectrum else ""
     from rtbow.physics.light.cie import illuminant_names
 
-    return "" if path in (E490, EQUAL_ENERGY, *illuminant_names()) else path
+    return "" if path in (E490, MOON, EQUAL_ENERGY, *illuminant_names()) else path

@@ -17,7 +17,9 @@ from rtbow.base.exr import write_exr_channels
 from rtbow.base.files import write_atomic
 from rtbow.base.limits import MAX_DISC_DEG, MAX_RADIUS_UM, MIN_RADIUS_UM, SIZE_SPREADS
 from rtbow.physics.constants import VISIBLE_NM
+from rtbow.physics.drop.water import relative_index
 from rtbow.tables.mie.axes import DEFAULT_SPREAD
+from rtbow.tables.phase import Scatterers, following_angles
 from rtbow.tables.sections import Theory, water_sections
 
 ORDERS = (1, 2)
@@ -65,7 +67,8 @@ class PlainTable:
         theory: ``airy`` or ``mie``.
         radius_um: drop radii (R,).
         wavelength_nm: wavelengths in air (W,).
-        angles: number T of scattering angles, evenly from 0 to pi.
+        angles: number T of scattering angles, evenly from 0 to pi; None for angles that follow the
+            forward peak and the bows, so that sums over the sphere keep the total.
         disc_deg: angular diameter of the light's disc.
         spread: standard deviation of ln(radius) about each radius (mie).
     """
@@ -73,7 +76,7 @@ class PlainTable:
     theory: Theory
     radius_um: Sequence[float]
     wavelength_nm: Sequence[float]
-    angles: int
+    angles: int | None
     disc_deg: float
     spread: float = DEFAULT_SPREAD
 
@@ -89,7 +92,7 @@ class PlainTable:
         nm = _check("--wavelength-nm", self.wavelength_nm, low, high)
         _check("--spread", [100.0 * self.spread], 100.0 * SIZE_SPREADS[0], 100.0 * SIZE_SPREADS[1])
         disc_deg = float(_check("--disc", [self.disc_deg], 0.0, MAX_DISC_DEG)[0])
-        shape = (len(radii), len(nm), self.angles)
+        shape = (len(radii), len(nm), len(self.theta(radii, nm)))
         if math.prod(shape) > MAX_VALUES:
             counts = " x ".join(map(str, shape))
             raise InputError(
@@ -97,6 +100,26 @@ class PlainTable:
                 f" at most {MAX_VALUES:.2g}; give fewer of them"
             )
         return radii, nm, math.radians(0.5 * disc_deg)
+
+    def theta(self, radius_um: Array, wavelength_nm: Array) -> Array:
+        """Give the scattering angles (T,), rad."""
+        if self.angles is not None:
+            return np.linspace(0.0, math.pi, self.angles)
+        index = relative_index(wavelength_nm, TEMPERATURE_C)
+        return following_angles(self.theory, radius_um * 1e-6, wavelength_nm * 1e-9, index, ORDERS)
+
+    def scatterers(self, progress: Progress = no_progress) -> Scatterers:
+        """Give the drops; ``progress`` wraps the loop over parts of a table that must be built.
+
+        Raises:
+            InputError: a value outside of its range.
+        """
+        radii, nm, disc_rad = self.check()
+        sections = water_sections(
+            self.theory, nm, TEMPERATURE_C, (radii[0], radii[-1]), orders=ORDERS,
+            spread=self.spread, progress=progress,
+        )  # fmt: skip
+        return Scatterers(self.theory, sections, nm, TEMPERATURE_C, ORDERS, disc_rad)
 
 
 def plain_table(
@@ -110,26 +133,28 @@ def plain_table(
         building: wraps the loop over parts of an exact table that has to be built first.
 
     Returns:
-        ``radius_um`` (R,), ``wavelength_nm`` (W,), ``theta_rad`` (T,), and ``perpendicular``,
+        ``radius_um`` (R,), ``wavelength_nm`` (W,), ``theta_rad`` (T,), ``perpendicular``,
         ``parallel`` float32 (R, W, T): |S1|²/k² and |S2|²/k² in m² sr⁻¹, water at 20 °C in air; of
-        the primary and the secondary bow together (airy), or of all that a sphere does (mie).
+        the primary and the secondary bow together (airy), or of all that a sphere does (mie); and
+        ``scattering_m2`` (R, W): the mean of both components over the sphere.
 
     Raises:
         InputError: a value outside of its range.
     """
     radii, nm, disc_rad = wanted.check()
-    theta = np.linspace(0.0, math.pi, wanted.angles)
-    sections = water_sections(
-        wanted.theory, nm, TEMPERATURE_C, (radii[0], radii[-1]), orders=ORDERS,
-        spread=wanted.spread, progress=building,
-    )  # fmt: skip
+    theta = wanted.theta(radii, nm)
+    scatterers = wanted.scatterers(building)
     shape = (len(radii), len(nm), len(theta))
     components = {"perpendicular": np.empty(shape, "f4"), "parallel": np.empty(shape, "f4")}
     for r in progress(range(len(radii))):
-        both = sections.sections(radii[r : r + 1] * 1e-6, theta, disc_rad)[0]
+        both = scatterers.sections.sections(radii[r : r + 1] * 1e-6, theta, disc_rad)[0]
         for c, component in enumerate(components.values()):
             component[r] = both[..., c]
-    return {"radius_um": radii, "wavelength_nm": nm, "theta_rad": theta, **components}
+    total = scatterers.scattering(radii * 1e-6)
+    return {
+        "radius_um": radii, "wavelength_nm": nm, "theta_rad": theta, **components,
+        "scattering_m2": total,
+    }  # fmt: skip
 
 
 def export_table(
@@ -163,5 +188,10 @@ def export_table(
         "discDeg": _digits(wanted.disc_deg),
         "theory": wanted.theory,
         "sizeSpread": _digits(wanted.spread) if wanted.theory == "mie" else "",
+        "wavelength_nm": ",".join(map(_digits, table["wavelength_nm"])),
+        # Rows of radii, as the picture's; columns of wavelengths.
+        "scattering_m2": ";".join(
+            ",".join(f"{total:.6g}" for total in row) for row in table["scattering_m2"]
+        ),
     }
     write_exr_channels(path, channels, metadata)

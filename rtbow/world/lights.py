@@ -9,9 +9,11 @@ import numpy as np
 
 from rtbow.base.arrays import Array
 from rtbow.base.errors import InputError
+from rtbow.physics.constants import MOON_DISTANCE_KM
 from rtbow.physics.geometry import direction
+from rtbow.physics.light.moon import moonlight
 from rtbow.physics.light.spectrum import Spectrum, luminous
-from rtbow.scene.lights import E490, PointLight, SunLight
+from rtbow.scene.lights import E490, MOON, PointLight, SunLight
 from rtbow.scene.model import Scene
 from rtbow.world.spectra import load_spectrum, spectrum_notes
 
@@ -53,7 +55,14 @@ class Lamp:
 
 
 def _sun(light: SunLight) -> Sun:
-    spectrum = load_spectrum(light.spectrum, light.beyond)
+    if light.spectrum == MOON:
+        spectrum = moonlight(
+            load_spectrum(E490),
+            light.moon_phase_deg or 0.0,
+            light.moon_distance_km or MOON_DISTANCE_KM,
+        )
+    else:
+        spectrum = load_spectrum(light.spectrum, light.beyond)
     if light.irradiance_w_m2 is not None:
         spectrum = spectrum.scaled(light.irradiance_w_m2)
     elif not spectrum.absolute:

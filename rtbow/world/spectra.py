@@ -13,10 +13,11 @@ import numpy as np
 
 from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
-from rtbow.physics.constants import VISIBLE_NM
+from rtbow.physics.constants import MOON_DISTANCE_KM, VISIBLE_NM
 from rtbow.physics.light.cie import illuminant_names, standard_arrays
+from rtbow.physics.light.moon import moonlight
 from rtbow.physics.light.spectrum import Spectrum
-from rtbow.scene.lights import E490, EQUAL_ENERGY, Beyond, spectrum_file
+from rtbow.scene.lights import E490, EQUAL_ENERGY, MOON, Beyond, spectrum_file
 from rtbow.world.measured.read import Measured, read_spectrum
 from rtbow.world.measured.source import file_state
 
@@ -29,7 +30,7 @@ _ROUNDING_NM = 0.05
 
 def spectrum_names() -> list[str]:
     """List every spectrum known by name."""
-    return [E490, EQUAL_ENERGY, *illuminant_names()]
+    return [E490, MOON, EQUAL_ENERGY, *illuminant_names()]
 
 
 def load_spectrum(name_or_path: str, beyond: Beyond | None = None) -> Spectrum:
@@ -38,8 +39,8 @@ def load_spectrum(name_or_path: str, beyond: Beyond | None = None) -> Spectrum:
     A file is read anew when its content has changed.
 
     Args:
-        name_or_path: ``E490``, ``equal-energy``, a CIE name such as ``FL2``, or a path, perhaps
-            with the column behind it, as in ``lamp.csv#3``.
+        name_or_path: ``E490``, ``moon``, ``equal-energy``, a CIE name such as ``FL2``, or a path,
+            perhaps with the column behind it, as in ``lamp.csv#3``.
         beyond: what a file that ends within 380-780 nm has there; None refuses it.
 
     Raises:
@@ -87,6 +88,8 @@ def _named(name: str) -> Spectrum:
         with (resource_dir("data") / "astm_e490_00a.csv").open(encoding="utf-8") as file:
             table = np.loadtxt(file, delimiter=",", skiprows=4, dtype=np.float64)
         return Spectrum(E490, table[:, 0], table[:, 1], absolute=True)
+    if name == MOON:  # full, at its mean distance
+        return moonlight(_named(E490), 0.0, MOON_DISTANCE_KM)
     if name == EQUAL_ENERGY:
         return Spectrum(EQUAL_ENERGY, np.array(VISIBLE_NM), np.ones(2))
     nm, values = standard_arrays()[f"illuminant:{name}"]

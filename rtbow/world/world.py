@@ -14,6 +14,7 @@ import numpy as np
 from rtbow.base.arrays import Array, Float32, Progress, no_progress
 from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import tabled_sizes
+from rtbow.scene.lights import TIME_AND_PLACE
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.world.camera import View, view_of
@@ -219,6 +220,6 @@ def _without_places(scene: Scene) -> dict[str, Any]:
     for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg", "size_px"):
         values["camera"].pop(name)
     for light in values["light"]:
-        for name in ("position_m", "azimuth_deg", "altitude_deg"):
+        for name in ("position_m", "azimuth_deg", "altitude_deg", *TIME_AND_PLACE):
             light.pop(name, None)
     return values

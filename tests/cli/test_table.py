@@ -46,8 +46,9 @@ def exported(tmp_path_factory):
 def test_exported_arrays(exported):
     with np.load(exported / "t.npz", allow_pickle=False) as table:
         names = ["radius_um", "wavelength_nm", "theta_rad", "perpendicular", "parallel"]
-        assert table.files == names
+        assert table.files == [*names, "scattering_m2"]
         assert [table[n].dtype for n in names] == ["f8", "f8", "f8", "f4", "f4"]
+        assert table["scattering_m2"].shape == (3, 3)
         assert table["perpendicular"].shape == table["parallel"].shape == (3, 3, 361)
         assert tuple(table["radius_um"]) == RADII_UM
         assert tuple(table["wavelength_nm"]) == WAVES_NM
@@ -131,6 +132,10 @@ def test_wavelengths_that_lie_close_keep_their_own_channels(call):
             "--spread: 0 is not allowed; must be 1..20",
         ),
         (["t.npz", "--theory", "mie", "--spread", "nan"], "--spread: nan"),
+        (["t.npz", "--for", "mitsuba"], "must be .xml or .txt"),
+        (["t.xml", "--for", "mitsuba"], "--radius-um: gives 64 numbers"),
+        (["t.npz", "--spectrum", "E490"], "--spectrum goes with --for texture"),
+        (["t.exr", "--for", "texture", "--spectrum", "E49"], "spectrum 'E49' is not known"),
         (["t.npz", "--spread", "5"], "--spread goes with --theory mie"),
         (["t.npz", "--theory", "mie", "--wavelength-nm", "300"], "300 is not allowed; must be 380"),
         (["out/t.npz"], "there is no folder out"),

@@ -207,6 +207,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
     unit = field.json_schema_extra["unit"]
     suffixes = {
         "um": "µm",
+        "km": "km",
         "m": "m",
         "deg": "deg",
         "px": "px",

@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
 from rtbow.gl.context import GlContext
+from rtbow.scene.lights import LIT, TIME_AND_PLACE
 from rtbow.scene.model import Scene
 from rtbow.scene.radius import GammaRadius
 from rtbow.scene.text.file import load_scene
@@ -301,6 +302,10 @@ def shown_rows(scene: Scene) -> list[Row]:
         if isinstance(drops.radius, GammaRadius):  # by one of two sets of parameters
             every = drops.radius.model_dump()
             without |= {f"droplets.radius.{key}" for key, value in every.items() if value is None}
+    for number, light in enumerate(scene.light):
+        if light.type == "sun":  # by hand, and no Moon
+            for key in (*TIME_AND_PLACE, *LIT):
+                without.add(f"light.{number}.{key}")
     return [row for row in scene_rows(scene) if row.path not in without]
 
 

@@ -15,6 +15,7 @@ import tomlkit
 
 from rtbow.base.limits import INDICES
 from rtbow.base.resources import resource_dir
+from rtbow.scene.lights import FROM_TIME, LIT, MOON, TIME_AND_PLACE
 from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import ROOT, Node, walk_fields
 
@@ -25,6 +26,7 @@ VOLUMES = 12
 
 _WIDEST = 1e300
 """Of numbers without bounds."""
+_TIMES = ("1900-01-01T00:00Z", "2013-05-27T15:46:00+02:00", "2100-12-31T23:59:59Z")
 _SPECTRA = ("E490", "equal-energy", "FL2", "FL11", "HP1", "LED-B3", "D65", "A")
 
 
@@ -40,6 +42,8 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
         values.get("scattering", {}).pop("theory", None)
     _fit_droplets(rng, values["droplets"])
     _fit_medium(rng, values.get("scattering", {}))
+    for light in values["light"]:
+        _fit_light(rng, light)
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -128,7 +132,7 @@ def _number(rng: Rng, node: Node, *, whole: bool) -> float:
         return min(max(float(_choice(rng, (0.0, 1e-300, -1e-9, 1e-9, 1e-3, 1.0))), low), high)
     if kind < 0.7:
         least, most = max(low, -1e3), min(high, 1e3)
-        return float(rng.uniform(min(least, most), max(least, most)))
+        return float(rng.uniform(least, most) if least < most else rng.uniform(low, high))
     # Every order of magnitude alike.
     sign = -1.0 if low < 0.0 and rng.random() < 0.5 else 1.0
     size = 10.0 ** float(rng.uniform(-6.0, math.log10(max(abs(low), abs(high), 1e-6))))
@@ -202,6 +206,7 @@ _SPECIAL: dict[str, Callable[[Rng], Any]] = {
     "droplets.radius.file": lambda rng: str(resource_dir("scenes") / "shower-sizes.csv"),
     "droplets.file": lambda rng: f"volume-{rng.integers(VOLUMES)}.npz",
     "droplets.grid": _grid,
+    "light.0.time": lambda rng: str(_choice(rng, _TIMES)),
     "light.0.spectrum": lambda rng: str(_choice(rng, _SPECTRA)),
     "render.steps": _steps,
     "render.wavelength_step_nm": _wavelength_step,
@@ -262,6 +267,26 @@ def _fit_droplets(rng: Rng, droplets: dict[str, Any]) -> None:
     droplets["density"] = {
         wanted: draw(rng, child, f"droplets.density.{wanted}") if value is None else value
     }
+
+
+def _fit_light(rng: Rng, light: dict[str, Any]) -> None:
+    """Place a light either by hand or by time and place, and leave the Moon's keys to the Moon."""
+    if light["type"] != "sun":
+        return
+    if rng.random() < 0.2:
+        light["spectrum"] = MOON
+    if light.get("spectrum") != MOON:
+        for key in LIT:
+            light.pop(key, None)
+    if rng.random() < 0.7 or light.get("spectrum") == MOON:  # by time it may be new
+        for key in TIME_AND_PLACE:
+            light.pop(key, None)
+        return
+    for key in FROM_TIME:
+        light.pop(key, None)
+    light.setdefault("time", str(_choice(rng, _TIMES)))
+    light.setdefault("latitude_deg", float(_choice(rng, (-90.0, 0.0, 48.0, 90.0))))
+    light.setdefault("longitude_deg", float(_choice(rng, (-180.0, 11.0, 180.0))))
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Where the sun stands in the sky of a place: by date and time, and along a day.
+"""Where the sun and the Moon stand in the sky of a place: by date and time, and along a day.
 
 Astronomy is PyEphem's, the libastro of XEphem (VSOP87 and nutation in C, no files, no network, no
 other packages; MIT licence). Worst error of the direction without refraction, over 3000 random
@@ -21,6 +21,7 @@ from typing import cast
 import ephem
 
 from rtbow.base.errors import InputError
+from rtbow.physics.constants import MOON_RADIUS_KM
 
 YEARS = (1900, 2100)
 """Between these the error above holds."""
@@ -78,18 +79,45 @@ def sun_position(
     Raises:
         InputError: a time without offset, or a value out of range.
     """
-    _check_place(latitude_deg, longitude_deg)
-    _check_year(when.year)
-    if when.utcoffset() is None:
-        raise InputError(
-            f"time {when.isoformat()}: has no offset from UTC; add one, such as +01:00 or Z"
-        )
+    _check_moment(when, latitude_deg, longitude_deg)
     _check_range("elevation_m", elevation_m, _LOWEST_M, _HIGHEST_M)
     if pressure_hpa is None:
         pressure_hpa = standard_pressure_hpa(elevation_m)
     _check_range("pressure_hpa", pressure_hpa, 0.0, 1200.0)
     _check_range("temperature_c", temperature_c, -90.0, 60.0)
     return _position(when, latitude_deg, longitude_deg, pressure_hpa, temperature_c)
+
+
+@dataclass(frozen=True)
+class MoonPosition:
+    """The direction in which the Moon's centre is seen, and how it is lit.
+
+    Attributes:
+        altitude_deg: above the horizon, parallax and refraction included.
+        azimuth_deg: clockwise from north, 0 to 360.
+        phase_deg: angle at the Moon between sun and eye: 0 is full, 180 new.
+        distance_km: from the place.
+    """
+
+    altitude_deg: float
+    azimuth_deg: float
+    phase_deg: float
+    distance_km: float
+
+
+def moon_position(when: datetime, latitude_deg: float, longitude_deg: float) -> MoonPosition:
+    """Give the direction in which the Moon is seen from sea level; see :func:`sun_position`."""
+    _check_moment(when, latitude_deg, longitude_deg)
+    moon = _seen(ephem.Moon(), when, latitude_deg, longitude_deg, SEA_LEVEL_HPA, SEA_LEVEL_C)
+    # PyEphem's phase is the lit share of the disc in per cent.
+    phase = math.degrees(math.acos(min(max(2.0 * moon.phase / 100.0 - 1.0, -1.0), 1.0)))
+    radius = math.radians(0.5 * moon.size / 3600.0)  # arcseconds, as seen from the place
+    return MoonPosition(
+        math.degrees(moon.alt),
+        math.degrees(moon.az) % 360.0,
+        phase,
+        MOON_RADIUS_KM / math.sin(radius),
+    )
 
 
 def sun_path(
@@ -196,14 +224,27 @@ def _position(
     pressure_hpa: float = SEA_LEVEL_HPA,
     temperature_c: float = SEA_LEVEL_C,
 ) -> SunPosition:
+    sun = _seen(ephem.Sun(), when, latitude_deg, longitude_deg, pressure_hpa, temperature_c)
+    return SunPosition(when.astimezone(UTC), math.degrees(sun.alt), math.degrees(sun.az) % 360.0)
+
+
+def _seen(
+    body: ephem.Body,
+    when: datetime,
+    latitude_deg: float,
+    longitude_deg: float,
+    pressure_hpa: float,
+    temperature_c: float,
+) -> ephem.Body:
+    """Compute a body as it is seen from a place, with refraction where it is up."""
     observer = _observer(latitude_deg, longitude_deg)
     observer.temp = temperature_c
     observer.date = when.astimezone(UTC).replace(tzinfo=None)
-    sun = ephem.Sun(observer)
-    if pressure_hpa and math.degrees(sun.alt) >= _LEAST_REFRACTED_DEG:
+    body.compute(observer)
+    if pressure_hpa and math.degrees(body.alt) >= _LEAST_REFRACTED_DEG:
         observer.pressure = pressure_hpa
-        sun.compute(observer)
-    return SunPosition(when.astimezone(UTC), math.degrees(sun.alt), math.degrees(sun.az) % 360.0)
+        body.compute(observer)
+    return body
 
 
 def _observer(latitude_deg: float, longitude_deg: float) -> ephem.Observer:
@@ -224,6 +265,15 @@ def _polar_night(
         f" {highest.altitude_deg:.2f} degrees, without refraction, and at sunrise it would at"
         f" {_SUNRISE_DEG:g}; choose another date or place"
     )
+
+
+def _check_moment(when: datetime, latitude_deg: float, longitude_deg: float) -> None:
+    _check_place(latitude_deg, longitude_deg)
+    _check_year(when.year)
+    if when.utcoffset() is None:
+        raise InputError(
+            f"time {when.isoformat()}: has no offset from UTC; add one, such as +01:00 or Z"
+        )
 
 
 def _check_place(latitude_deg: float, longitude_deg: float) -> None:

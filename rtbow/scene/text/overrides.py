@@ -7,7 +7,7 @@ from typing import Any
 
 from rtbow.base.errors import InputError, cut
 from rtbow.scene.droplets import Density
-from rtbow.scene.lights import Light
+from rtbow.scene.lights import AT, TIME_AND_PLACE, Light
 from rtbow.scene.radius import density_key, replaced_keys
 from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, suggestion
 
@@ -56,6 +56,7 @@ def apply_overrides(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
 def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
     """Remove what a newly chosen kind of light, distribution or volume file replaces."""
     _drop_other_lights_keys(data.get("light"), changes)
+    _drop_times(data.get("light"), changes)
     droplets = data.get("droplets")
     if not isinstance(droplets, dict):
         return
@@ -104,6 +105,20 @@ def _drop_other_lights_keys(lights: object, changes: Mapping[str, Any]) -> None:
             continue  # no kind chosen, or one that validation refuses
         for key in kinds.fields.keys() - kind.fields.keys():
             light.pop(key, None)
+
+
+def _drop_times(lights: object, changes: Mapping[str, Any]) -> None:
+    """Remove the time of lights that are placed by hand, and the place of those that get a time."""
+    for number, light in enumerate(lights if isinstance(lights, list) else ()):
+        if not isinstance(light, dict):
+            continue
+        given = {key for key in (*AT, "time") if changes.get(f"light.{number}.{key}") is not None}
+        if "time" in given:
+            for key in set(AT) - given:
+                light.pop(key, None)
+        elif given:
+            for key in TIME_AND_PLACE:
+                light.pop(key, None)
 
 
 def _apply(data: dict[str, Any], key: str, value: object) -> None:

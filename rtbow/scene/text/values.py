@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from rtbow.base.errors import InputError
 from rtbow.base.files import absolute
-from rtbow.scene.lights import spectrum_file
+from rtbow.scene.lights import FROM_TIME, spectrum_file
 from rtbow.scene.model import Scene
 from rtbow.scene.text.errors import explain, line_text
 from rtbow.scene.text.lines import Lines
@@ -64,6 +64,10 @@ def values_of(scene: Scene, folder: Path | None = None) -> dict[str, Any]:
         folder: paths of files inside it become relative to it; None leaves all absolute.
     """
     values: dict[str, Any] = plain(scene.model_dump(exclude_none=True))
+    for light in values["light"]:
+        if "time" in light:  # what follows from it is no value of its own
+            for key in FROM_TIME:
+                light.pop(key, None)
     if scene.compare is not None:
         values["compare"]["right"] = {
             key: toml_text(None) if value is None else value

@@ -14,6 +14,7 @@ from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
 from rtbow.physics.geometry import direction
 from rtbow.scene.droplets import Droplets
+from rtbow.scene.lights import LIT, MOON, TIME_AND_PLACE, SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import Node
@@ -294,3 +295,11 @@ def droplets_of_file() -> Values:
 def shipped_volumes() -> dict[str, Path]:
     """Give the volume files shipped with the built-in scenes, by name."""
     return {path.name: path for path in sorted(resource_dir("scenes").glob("*.npz"))}
+
+
+def unused_keys(light: BaseModel) -> frozenset[str]:
+    """Give the keys of a light that say nothing here: its time is set by date and place above."""
+    if not isinstance(light, SunLight):
+        return frozenset()
+    unused = frozenset(() if light.time is not None else TIME_AND_PLACE)
+    return unused if light.spectrum == MOON else unused | set(LIT)

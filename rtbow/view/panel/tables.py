@@ -307,7 +307,8 @@ class Tables:
             if len(items) > 1 and self._heading(row, number, len(items)):
                 rest = [plain_value(table) for k, table in enumerate(items) if k != number]
                 rows.drafts.answer(row.path, self._proposals.change({row.path: rest}))
-            self.table(f"{row.path}.{number}", item, kinds=node.models)
+            unused = kinds.unused_keys(item)
+            self.table(f"{row.path}.{number}", item, hidden=unused, kinds=node.models)
         for place, kind in enumerate(kind_names or ("",)):
             if place:
                 imgui.same_line()

@@ -54,8 +54,8 @@ def test_what_was_meant(table, typed, meant):
 @pytest.mark.parametrize(
     ("table", "typed"),
     [
-        ("light.0", "latitude_deg"),  # not altitude_deg, for all its letters
-        ("light.0", "longitude_deg"),
+        ("camera", "latitude_deg"),  # not altitude_deg, for all its letters
+        ("camera", "longitude_deg"),
         ("light.0", "date"),
         ("light.0", "radius_m"),
         ("camera", "altitude_m"),  # a height is no angle

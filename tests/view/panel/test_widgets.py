@@ -32,7 +32,8 @@ def drive(stage: Stage, row: Row) -> str:
         stage.click(f"{row.path}/on")
         return row.path
     if row.kind == "number":
-        share = row.slide.share(before) if row.slide else 0.5
+        # Not from the very edge, which the field's frame covers.
+        share = max(row.slide.share(before), 0.03) if row.slide else 0.5
         stage.drag(row.path, share, share + (-0.1 if share > 0.5 else 0.1))
         return row.path
     if row.kind in ("vector", "corners"):
