@@ -264,7 +264,7 @@ class FastLamp:
         self._flags.set("tolerance.first", 1e30)
         self._flags.set("tolerance.others", (bend, bend, bend))
         for program in (self._compose, self._node):
-            program.set("blockSize", float(self._nodes.block))
+            self._nodes.place(program)
 
     @property
     def textures(self) -> list[Texture]:

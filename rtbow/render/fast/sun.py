@@ -93,7 +93,7 @@ class SunPlan:
             self, plan=plan, sun=sun, sunward=sunward, columns=columns,
             degree=sunlight_degree(self.light, columns.column, roaming=self.roaming),
             grey=self.light.basis.grey(columns.column.middle),
-            block=block_for(plan.world.view, plan.settings.block) if self.block else 0,
+            block=_block(plan) if self.block else 0,
         )  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def plan_sun(
         light = plan_sunlight(plan, sun, columns.column, most_texels, roaming=roaming)
     # Across the edge of the Earth's shadow a few samples would not do.
     even = world.volume.uniform and world.rain is None and columns.cubic is not None
-    block = 0 if even else block_for(world.view, plan.settings.block)
+    block = 0 if even else _block(plan)
     rows = len(plan.radii.rows)
     groups = min(-(-rows // 4), _GROUPS) if rows > 1 and block else 0
     check_loops(plan, 1 + groups)
@@ -132,6 +132,10 @@ def plan_sun(
         groups=groups,
         roaming=roaming,
     )  # fmt: skip
+
+
+def _block(plan: Plan) -> int:
+    return block_for(plan.world.view, plan.settings.block, rows=len(plan.radii.rows) > 1)
 
 
 def _sunward(plan: Plan, sun: Sun) -> SunColumns:
@@ -275,12 +279,12 @@ class FastSun:
         # the tolerance makes half of it in Z. Per depth of rain they change by its ratio to that at
         # 550 nm less 1: up to 0.03 for drops from 5 µm and 0.1 from 2 µm, so that ten times makes
         # all of it at most; only drops of 1 µm reach 3.5 times, in Z.
-        bend = settings.bend
+        bend = settings.bend if nodes.block > 1 else 1e30  # nothing lies between nodes
         self._flags.set("tolerance.first", bend)
         self._flags.set("tolerance.others", (4.0 * bend, 10.0 * bend, 1e30))
         self._flags.set("leastShare", 1e-4)
         for program in (self._compose, self._path):
-            program.set("blockSize", float(nodes.block))
+            nodes.place(program)
         self._nodes = nodes
 
     @property
