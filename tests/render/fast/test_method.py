@@ -29,6 +29,8 @@ from rtbow.bench.error import PixelSample, colour_error, sample_pixels
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference.render import radiance_along
+from rtbow.render.fast.shared import plan_world
+from rtbow.render.fast.sun import plan_sun
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
 from rtbow.world.camera import pixel_directions
@@ -504,7 +506,8 @@ def see_no_disc(monkeypatch):
 def coarser(**changes: Any) -> Callable[[Any], None]:
     def patch(monkeypatch: Any) -> None:
         monkeypatch.setattr(rtbow.render.fast.shared, "_LEAST_STEPS", 1)
-        monkeypatch.setattr(rtbow.render.fast.nodes, "_WIDEST_BLOCK_DEG", 90.0)
+        monkeypatch.setattr(rtbow.render.fast.nodes, "_WIDEST_DEG", 90.0)
+        monkeypatch.setattr(rtbow.render.fast.nodes, "_WIDEST_ROWS_DEG", 90.0)
         real = rtbow.render.fast.shared.settings_for
         monkeypatch.setattr(
             rtbow.render.fast.shared,
@@ -571,3 +574,23 @@ def test_a_large_lamp_over_drops_of_many_radii_is_left_to_the_other_method(tmp_p
             renderer.render("fast")
         renderer.draw("auto")
         assert renderer.method_used == "spectral"
+
+
+@pytest.mark.parametrize(("width", "block"), [(1280, 3), (640, 3), (480, 2), (320, 1), (64, 1)])
+def test_nodes_with_rows_lie_no_farther_apart_than_their_mixture_bends(width, block):
+    scene = rtbow.load_scene("shower", {"camera.size_px": [width, width * 9 // 16]})
+    plan = plan_world(resolve(scene))
+    assert plan_sun(plan, plan.world.optics.suns[0], 16384).block == block
+
+
+@pytest.mark.slow
+def test_a_node_at_every_pixel_draws_what_the_pixels_own_marches_draw(monkeypatch):
+    """Both count at the same rows, so that float32 is all that differs: 2e-4 of white at worst."""
+    scene = rtbow.load_scene("shower", {"camera.size_px": [48, 27]})
+    with rtbow.Renderer(scene, backend="egl") as renderer:
+        at_nodes = renderer.render(method="fast")
+    coarser(block=0)(monkeypatch)
+    with rtbow.Renderer(scene, backend="egl") as renderer:
+        marched = renderer.render(method="fast")
+    assert np.abs(at_nodes - marched).max() < 1e-3 * marched.max()
+    assert np.any(at_nodes != marched)
