@@ -6,30 +6,20 @@
 #if BLOCKS
 const Number MISS = -1.0;           // stored where a node's ray misses the rain
 
-struct Blocks {
-    float size;                     // pixels between nodes, a whole number
-    float inset;                    // of the first node from the picture's corner, pixels
-};
-
-// Place of a node in the picture, pixels.
-vec2 nodePixel(Blocks blocks, vec2 fragment) {
+// Place of a node in the picture, pixels; `block`: pixels between nodes, a whole number.
+vec2 nodePixel(vec2 fragment, float block) {
     // One ring of nodes lies outside of the picture.
-    return (fragment - 1.5) * blocks.size + blocks.inset;
+    return (fragment - 1.5) * block;
 }
 
 // The block that a pixel is in.
-ivec2 blockOf(Blocks blocks, vec2 pixel) {
-    return ivec2((pixel - blocks.inset) / blocks.size);
+ivec2 blockOf(vec2 pixel, float block) {
+    return ivec2(pixel / block);
 }
 
-// Place of a pixel among the nodes, texels.
-vec2 nodePlace(Blocks blocks, vec2 pixel) {
-    return (pixel - blocks.inset) / blocks.size + 1.5;
-}
-
-// What the nodes around a pixel have, at its place.
-vec4 between(Blocks blocks, vec2 pixel, sampler2D nodes) {
-    return textureLod(nodes, nodePlace(blocks, pixel) / vec2(textureSize(nodes, 0)), 0.0);
+// Texture coordinate of a pixel among the nodes.
+vec2 nodePlace(vec2 pixel, float block, sampler2D nodes) {
+    return (pixel / block + 1.5) / vec2(textureSize(nodes, 0));
 }
 
 // Estimates by how much linear interpolation between the nodes b and c misses, from the nodes a and d

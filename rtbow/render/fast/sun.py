@@ -279,12 +279,12 @@ class FastSun:
         # the tolerance makes half of it in Z. Per depth of rain they change by its ratio to that at
         # 550 nm less 1: up to 0.03 for drops from 5 µm and 0.1 from 2 µm, so that ten times makes
         # all of it at most; only drops of 1 µm reach 3.5 times, in Z.
-        bend = settings.bend if nodes.block > 1 else 1e30  # nothing lies between nodes
+        bend = settings.bend
         self._flags.set("tolerance.first", bend)
         self._flags.set("tolerance.others", (4.0 * bend, 10.0 * bend, 1e30))
         self._flags.set("leastShare", 1e-4)
         for program in (self._compose, self._path):
-            nodes.place(program)
+            program.set("blockSize", float(nodes.block))
         self._nodes = nodes
 
     @property

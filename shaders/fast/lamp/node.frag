@@ -10,14 +10,14 @@ uniform Volume volume;
 uniform Columns air;
 uniform RadiusRows rows;
 uniform LampScene scene;
-uniform Blocks blocks;
+uniform float blockSize;            // pixels between nodes
 uniform int fewSteps;
 uniform int manySteps;
 
 out vec4 rest;                      // luminance of the whole; X, Y, Z of the difference
 
 void main() {
-    Direction ray = rayThrough(camera, nodePixel(blocks, gl_FragCoord.xy));
+    Direction ray = rayThrough(camera, nodePixel(gl_FragCoord.xy, blockSize));
     vec2 span = boxSpan(ray, volume.low, volume.high);
     bool hits = span.x < span.y;
     Number across = shareAcross(camera, scene.lamp.centre, ray);

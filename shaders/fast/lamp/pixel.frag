@@ -14,7 +14,7 @@ uniform RadiusRows rows;
 uniform LampScene scene;
 uniform int fewSteps;
 #if BLOCKS
-uniform Blocks blocks;
+uniform float blockSize;            // pixels between nodes
 uniform int manySteps;
 uniform sampler2D nodes;
 uniform sampler2D flags;
@@ -30,9 +30,9 @@ void main() {
     int steps = fewSteps;
     Tristimulus rest = vec3(0.0);
 #if BLOCKS
-    bool flagged = texelFetch(flags, blockOf(blocks, gl_FragCoord.xy), 0).r > 0.5;
+    bool flagged = texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0).r > 0.5;
     if (flagged) steps = manySteps;
-    else rest = between(blocks, gl_FragCoord.xy, nodes).gba;
+    else rest = textureLod(nodes, nodePlace(gl_FragCoord.xy, blockSize, nodes), 0.0).gba;
 #endif
     Number perpendicular = shareAcross(camera, scene.lamp.centre, ray);
     radiance.rgb = xyzToRgb(

@@ -13,7 +13,7 @@ uniform Columns air;
 uniform RadiusRows rows;
 uniform ColourTable table;          // never read: nodes keep weights
 uniform vec3 sunDirection;          // towards the sun
-uniform Blocks blocks;
+uniform float blockSize;            // pixels between nodes
 uniform float firstRow;             // of the rows that this pass keeps
 
 layout(location = 0) out vec4 path;
@@ -22,7 +22,7 @@ layout(location = 1) out vec4 hats[HAT_GROUPS];
 #endif
 
 void main() {
-    Direction ray = rayThrough(camera, nodePixel(blocks, gl_FragCoord.xy));
+    Direction ray = rayThrough(camera, nodePixel(gl_FragCoord.xy, blockSize));
     vec2 span = boxSpan(ray, volume.low, volume.high);
     path = vec4(MISS, 0.0, 0.0, 0.0);
     int count = span.x < span.y ? stepCount(span.y - span.x, ray, march) : 0;

@@ -16,7 +16,7 @@ uniform RadiusRows rows;
 uniform ColourTable table;
 uniform vec3 sunDirection;          // towards the sun
 #if BLOCKS
-uniform Blocks blocks;
+uniform float blockSize;            // pixels between nodes
 uniform sampler2D nodes;
 uniform sampler2D flags;
 #if SEVERAL_RADII
@@ -67,7 +67,7 @@ void main() {
     int count = stepCount(along, ray, march);
 #endif
 #if BLOCKS
-    vec4 flag = texelFetch(flags, blockOf(blocks, gl_FragCoord.xy), 0);
+    vec4 flag = texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0);
     bool flagged = flag.r > 0.5;
     if (!flagged) count = 0;
 #if SEVERAL_RADII
@@ -82,10 +82,10 @@ void main() {
 #endif
 #if BLOCKS
     if (!flagged) {
-        vec4 node = between(blocks, gl_FragCoord.xy, nodes);
-        path = SunPath(node.x, node.y, node.z);
+        vec4 between = textureLod(nodes, nodePlace(gl_FragCoord.xy, blockSize, nodes), 0.0);
+        path = SunPath(between.x, between.y, between.z);
 #if SEVERAL_RADII
-        light = along * hatLight(hats, nodePlace(blocks, gl_FragCoord.xy), hatRow, 255.0 * flag.gb,
+        light = along * hatLight(hats, gl_FragCoord.xy / blockSize + 1.5, hatRow, 255.0 * flag.gb,
                                  table, texel, perpendicular);
 #endif
     }
