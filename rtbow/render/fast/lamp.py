@@ -117,7 +117,7 @@ def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False
     column = _reach(plan, lamp)
     if roaming and world.optics.has_air:
         column = Column(0.0, 2.0 * column.high)
-    fringe = bow_width(world.volume.size_range_um[1] * 1e-6)
+    fringe = bow_width(world.volume.size_range_um[1] * 1e-6, world.scatterer.medium.bow_unit)
     _check_disc(plan, lamp, fringe)
     check_loops(plan, 2)
     chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels)
