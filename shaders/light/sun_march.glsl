@@ -18,13 +18,23 @@ Number rainToSun(Volume volume, Direction ray, Length distance, int s, Sun sun) 
 // `steps`: this pass draws steps first..last-1; passes add up.
 Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, March march,
                      ivec2 steps, Air air, Sun suns[SUN_COUNT], sampler2D spectral,
-                     Theory theory) {
+                     Theory theory
+#if PIXEL_AREA
+                     , PixelSpan seen, SoftBox box
+#endif
+                     ) {
     SunView views[SUN_COUNT];
     bool dark = true;
     for (int s = 0; s < SUN_COUNT; ++s) {
         // Light travels from the sun and on to the eye along -ray.
+#if PIXEL_AREA
+        views[s] = sunView(theory, angleBetween(suns[s].towards, seen.ray), suns[s].disc,
+                           suns[s].layer, shareAcross(camera, suns[s].towards, seen.ray),
+                           seen.extents * pixelExtent(camera, suns[s].towards, seen.ray));
+#else
         views[s] = sunView(theory, angleBetween(suns[s].towards, ray), suns[s].disc, suns[s].layer,
                            shareAcross(camera, suns[s].towards, ray));
+#endif
         dark = dark && isDark(views[s]);
     }
     Tristimulus sum = vec3(0.0);
@@ -58,6 +68,9 @@ Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, Mar
         Length distance = span.x + (float(i) + 0.5) * stepLength;
         Position at = distance * ray;
         Droplets drops = dropletsAt(volume, at);
+#if PIXEL_AREA && GRID
+        drops.density *= inside(box, at, distance, volume.low, volume.high);
+#endif
 #if !EXTINCTION
         if (drops.density <= 0.0) continue;
 #endif

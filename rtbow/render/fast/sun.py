@@ -21,6 +21,7 @@ from rtbow.gl.program import FrameTarget, GlProgram, Texture, added_up, row_text
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR
 from rtbow.render.colours.table import ColourTable
+from rtbow.render.edges import PixelPass
 from rtbow.render.fast.columns import SunColumns, is_near, sunward_columns
 from rtbow.render.fast.light import LightPlan, most_texels
 from rtbow.render.fast.nodes import Nodes, block_for
@@ -72,6 +73,7 @@ class SunPlan:
     def defines(self) -> dict[str, Define]:
         """The switches and constants of all its programs."""
         plan, air, shadow = self.plan, self.plan.world.optics.has_air, self.columns.cubic is None
+        levels = self.light.levels
         eye = plan.world.view.eye_m
         near = air and not shadow and is_near(plan.box_m, eye, self.columns.column, self.grey)
         return {
@@ -82,6 +84,10 @@ class SunPlan:
             "SHADOW": air and shadow,
             "BLOCKS": self.block > 0,
             "DIRECT": self.direct,
+            "LAMP_COUNT": 0,
+            "PIXEL_POINTS": 0,
+            "PIXEL_LEVELS": 0 if levels is None else len(levels.squared),
+            "PIXEL_SHAPES": 0 if levels is None else levels.shapes,
             "HAT_GROUPS": self.groups,
         }
 
@@ -194,8 +200,8 @@ class FastSun:
         self._colours = colours or SunColours(gl, self.plan.light, building)
         table = self._table()
         self._defines = self.plan.defines
-        self._compose = GlProgram(gl, "fast/sun/pixel.frag", self._defines)
-        self.marching = [self._compose]
+        self._compose = PixelPass(gl, "fast/sun/pixel.frag", self._defines)
+        self.marching = [*self._compose.programs]
         self._nodes: Nodes | None = None
         if self.plan.block:
             self._path = GlProgram(gl, "fast/sun/node.frag", self._defines)
@@ -223,7 +229,9 @@ class FastSun:
         Returns:
             Whether that could be done; if not, nothing has changed.
         """
-        before = self.plan
+        before, levels = self.plan, self.plan.light.levels
+        if levels is not None and not levels.hold(plan.world.view):
+            return False
         after = before.moved(plan, plan.world.optics.suns[self._number])
         if after.defines != self._defines:
             return False
@@ -239,15 +247,18 @@ class FastSun:
 
     def anew(self, plan: Plan) -> FastSun:
         """Make this sun anew, for a plan that it cannot move to; it must be a roaming one."""
+        levels = self.plan.light.levels
+        same = levels is None or levels.hold(plan.world.view)
         return FastSun(
             self._gl, plan, self._number, self._drops, no_progress,
-            roaming=True, colours=self._colours,
+            roaming=True, colours=self._colours if same else None,
         )  # fmt: skip
 
     def _place(self, table: ColourTable, texture: moderngl.Texture) -> None:
         """Set all that depends on where camera and sun are."""
         sun, columns = self.plan.sun, self.plan.columns
         self.table = table
+        self._compose.place(self.plan.plan.world.view, self.plan.plan.box_m)
         for program in self.marching:
             program.bind("table.values", texture)
             set_scene(program, self.plan.plan, self.plan.grey)
@@ -260,6 +271,11 @@ class FastSun:
             program.set("air.middle", middle)
             program.set("table.first", table.first)
             program.set("table.perChord", table.per_chord)
+            levels = self.plan.light.levels
+            if levels is not None:
+                program.set("table.leastExtent", levels.first)
+                program.set("table.blur", levels.blur)
+                program.set("table.perLevel", levels.per_level)
 
     def _make_nodes(self) -> None:
         world, settings = self.plan.plan.world, self.plan.plan.settings
@@ -290,7 +306,7 @@ class FastSun:
     @property
     def textures(self) -> list[Texture]:
         """All textures that its programs read."""
-        programs = [self._compose]
+        programs = [*self._compose.programs]
         if self._nodes is not None:
             programs += [self._path, self._flags]
         if self.plan.groups:
@@ -308,7 +324,6 @@ class FastSun:
             self._compose.set("hatRow", float(row))
             self._compose.set("marching", row == 0)
             with added_up(self._gl, add or row > 0):
-                self._compose.use()
                 self._compose.draw()
 
     def _prepare(self, row: int) -> None:

@@ -1,4 +1,5 @@
 #include "common/definitions.glsl"
+#include "common/footprint.glsl"
 #include "rain/march.glsl"
 #include "fast/air.glsl"
 #include "fast/volume.glsl"
@@ -16,7 +17,11 @@ struct SunPath {
 
 // Equation 2 without its wavelengths, by the midpoint rule. `count` of 0 gathers nothing.
 SunPath gatherSun(Direction ray, vec2 span, int count, Direction towardsSun, Volume volume,
-                  Columns air, RadiusRows rows, ColourTable table, inout Gathered gathered) {
+                  Columns air, RadiusRows rows, ColourTable table, inout Gathered gathered
+#if PIXEL_EDGES
+                  , SoftBox box
+#endif
+                  ) {
     SunPath sums = SunPath(0.0, 0.0, 0.0);
     Length stepLength = (span.y - span.x) / float(max(count, 1));
 #if EXTINCTION
@@ -27,6 +32,9 @@ SunPath gatherSun(Direction ray, vec2 span, int count, Direction towardsSun, Vol
         Position at = distance * ray;
         Droplets drops = dropletsAt(volume, at);
         Number reach = drops.density * stepLength;
+#if PIXEL_EDGES && GRID
+        reach *= inside(box, at, distance, volume.low, volume.high);
+#endif
         Number depth = 0.0;
         Column column = 0.0;
 #if SEVERAL_RADII
