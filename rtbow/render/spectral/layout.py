@@ -54,7 +54,15 @@ def shader_defines(world: World) -> dict[str, Define]:
         "WIDE": not table and _widest_disc(optics, volume) > NEAR_S_FIXED,
         "ONE_RADIUS": _one_radius(world),
         "POLE": not table and _pole_in_view(world.view, optics),
+        "PIECES": pieces(world),
     }
+
+
+def pieces(world: World) -> int:
+    """Pieces that a ray is marched in: cut where it enters and leaves the Earth's shadow of each
+    sun, where there is any."""
+    suns = world.optics.suns
+    return 1 + 2 * len(suns) if any(world.shades(sun) for sun in suns) else 1
 
 
 def _widest_disc(optics: Optics, volume: DropletVolume) -> float:
