@@ -24,7 +24,7 @@ import numpy as np
 
 import rtbow
 from budget import STAGES
-from budget.error_budget import document, run_stage
+from budget.error_budget import document, run_stage, section_of, with_section
 from budget.frames import facts
 from rtbow.base.arrays import Array, floats
 from rtbow.base.files import write_atomic
@@ -201,7 +201,12 @@ def budget(stages: list[str], output: Path | None) -> int:
     if output is None and not stages:
         output = Path(__file__).resolve().parents[1] / "docs" / "accuracy.md"
     if output is not None:
-        write_atomic(output, document(outcomes, facts()).encode())
+        text = document(outcomes, facts())
+        if output.exists():
+            # The section that tools/dusk.py writes is none of the budget's.
+            kept = section_of(output.read_text("utf-8"))
+            text = with_section(text, kept) if kept else text
+        write_atomic(output, text.encode())
         print(f"wrote {output}")
     return sum(bool(outcome.failure) for outcome in outcomes)
 

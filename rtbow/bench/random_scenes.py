@@ -33,8 +33,9 @@ def random_scene(seed: int, overrides: Mapping[str, object]) -> Scene:
 def random_text(seed: int) -> str:
     """Draw a scene as TOML."""
     rng = np.random.default_rng([seed, 5])
+    extreme = np.random.default_rng([seed, 6])
     street = rng.random() < 0.3
-    return "\n".join((_street(rng) if street else _sky(rng)) + _scattering(rng)) + "\n"
+    return "\n".join((_street(rng) if street else _sky(rng, extreme)) + _scattering(rng)) + "\n"
 
 
 def _number(rng: np.random.Generator, low: float, high: float) -> str:
@@ -72,8 +73,15 @@ def _drops(rng: np.random.Generator, grid: tuple[int, int, int], density: tuple[
     return [*lines, "[droplets.density]", f"number_per_m3 = {_even_log(rng, *density)}"]
 
 
-def _sky(rng: np.random.Generator) -> list[str]:
+def _sky(rng: np.random.Generator, extreme: np.random.Generator) -> list[str]:
+    """Draw a scene under suns; ``extreme`` decides where the sun is low, high, small or wide."""
     altitude, azimuth = rng.uniform(1.0, 50.0), rng.uniform(0.0, 360.0)
+    kind = extreme.random()
+    if kind < 0.3:
+        altitude = extreme.uniform(-2.0, 2.0)  # about the edge of the Earth's shadow, with air
+    elif kind < 0.4:
+        altitude = extreme.uniform(50.0, 90.0)
+    size_px = ("160, 90", "320, 180", "640, 360", "1280, 720")[extreme.integers(4)]
     # Mostly towards the bow, sometimes anywhere.
     bow = azimuth + 180.0 + rng.uniform(-40.0, 40.0)
     look = bow if rng.random() < 0.8 else rng.uniform(0.0, 360.0)
@@ -86,7 +94,10 @@ def _sky(rng: np.random.Generator) -> list[str]:
         "[camera]", f"position_m = [0.0, 0.0, {_even_log(rng, 1.0, 300.0)}]",
         f"azimuth_deg = {look % 360.0:.2f}", f"altitude_deg = {_number(rng, -10.0, 40.0)}",
         f"fov_deg = {_number(rng, 30.0, 110.0)}",
+        f"size_px = [{size_px}]",
     ]  # fmt: skip
+    if extreme.random() < 0.2:  # narrow: where a pixel is finer than the disc
+        lines[4] = f"fov_deg = {_even_log(extreme, 3.0, 30.0)}"
     if rng.random() < 0.2:
         lines.append(f"polarizer_deg = {_number(rng, 0.0, 180.0)}")
     for _ in range(1 + (rng.random() < 0.15)):
@@ -94,6 +105,8 @@ def _sky(rng: np.random.Generator) -> list[str]:
                   f"azimuth_deg = {azimuth:.2f}"]  # fmt: skip
         if rng.random() < 0.3:
             lines.append('spectrum = "equal-energy"')
+        if extreme.random() < 0.5:
+            lines.append(f"angular_diameter_deg = {_even_log(extreme, 0.02, 1.0)}")
         altitude, azimuth = rng.uniform(1.0, 50.0), azimuth + rng.uniform(-30.0, 30.0)
     lines += [
         "[droplets]",

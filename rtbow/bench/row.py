@@ -188,6 +188,7 @@ class BenchRow:
             "speed_up": self.speed_up,
             "delta_e_p50": delta_e.median if delta_e else None,
             "delta_e_p99": delta_e.p99 if delta_e else None,
+            "delta_e_p99_range": delta_e.p99_range if delta_e else None,
             "delta_e_max": delta_e.worst if delta_e else None,
             "relative_l2": difference.l2 if difference else None,
             "gl_renderer": self.machine.gl_renderer,

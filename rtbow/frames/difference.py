@@ -41,11 +41,14 @@ class Spread:
         median: half are below.
         p99: 99 % are below.
         worst: the greatest.
+        p99_range: where 99 % of all lie below, with 95 % confidence, if these are a sample of them;
+            without an upper end where the sample is too small for one (below 368 numbers).
     """
 
     median: float
     p99: float
     worst: float
+    p99_range: tuple[float, float | None] | None = None
 
     @classmethod
     def of(cls, values: Array) -> Spread:
@@ -53,7 +56,19 @@ class Spread:
         if np.size(values) == 0:
             return cls(0.0, 0.0, 0.0)
         median, p99 = np.percentile(values, [50.0, 99.0])
-        return cls(float(median), float(p99), float(np.max(values)))
+        return cls(float(median), float(p99), float(np.max(values)), _p99_range(values))
+
+
+def _p99_range(values: Array) -> tuple[float, float | None]:
+    """Give order statistics between which the 99th percentile lies: how many of n numbers are
+    below it is binomial, whatever their distribution."""
+    from scipy.stats import binom  # late: few that compare frames need it
+
+    ranked, count = np.sort(np.ravel(values)), np.size(values)
+    low = int(binom.ppf(0.025, count, 0.99))
+    high = int(binom.ppf(0.975, count, 0.99)) + 1
+    upper = float(ranked[high - 1]) if high <= count else None
+    return float(ranked[max(low - 1, 0)]), upper
 
 
 @dataclass(frozen=True)

@@ -182,14 +182,12 @@ def cut_by_depth(origin: Array, ray: Array, cuts: Array, grid: Grid, thickest: f
 
 
 @compiled()
-def _cut_at_levels(origin: Array, ray: Array, cuts: Array, levels: Array) -> Array:
-    """Cut further where a ray crosses some heights."""
+def _cut_at(cuts: Array, distances: Array) -> Array:
+    """Cut further at some distances, as far as they lie within."""
     more = list(cuts)
-    for level in levels:
-        if ray[2] != 0.0:
-            t = (level - origin[2]) / ray[2]
-            if cuts[0] < t < cuts[-1]:
-                more.append(t)
+    for t in distances:
+        if cuts[0] < t < cuts[-1]:
+            more.append(t)
     return np.sort(np.array(more))
 
 
@@ -283,7 +281,7 @@ def _gauss_rules() -> Array:
 
 
 @compiled()
-def _sample_rays(rays: Rays, grid: Grid, levels: Array, thickest: float, rules: Array) -> Samples:
+def _sample_rays(rays: Rays, grid: Grid, edges: Array, thickest: float, rules: Array) -> Samples:
     origin = rays.origin
     start = np.zeros(len(rays.directions) + 1, dtype=np.int64)
     distance, weight, radius = [0.0], [0.0], [0.0]
@@ -294,8 +292,8 @@ def _sample_rays(rays: Rays, grid: Grid, levels: Array, thickest: float, rules: 
                 origin, ray, rays.entry[pixel], rays.leave[pixel], grid.box, grid.moments
             )
             cuts = cut_by_length(cuts, rays.longest[pixel])
-            if len(levels):
-                cuts = _cut_at_levels(origin, ray, cuts, levels)
+            if edges.shape[1]:
+                cuts = _cut_at(cuts, edges[pixel])
             cuts = cut_by_depth(origin, ray, cuts, grid, thickest)
             for k in range(len(cuts) - 1):
                 half = 0.5 * (cuts[k + 1] - cuts[k])
@@ -312,16 +310,16 @@ def _sample_rays(rays: Rays, grid: Grid, levels: Array, thickest: float, rules: 
     return Samples(start, np.array(distance)[1:], np.array(weight)[1:], np.array(radius)[1:])
 
 
-def sample_rays(rays: Rays, grid: Grid, levels: Array, thickest: float) -> Samples:
+def sample_rays(rays: Rays, grid: Grid, edges: Array, thickest: float) -> Samples:
     """Place Gauss-Legendre samples between the cuts of each ray, where there are drops.
 
     Args:
         rays: n rays.
         grid: the rain.
-        levels: heights at which light sets in (k,), m; empty where there are none.
+        edges: distances at which light sets in or ends (n, k), m; k may be 0.
         thickest: greatest optical depth of a piece; infinite where nothing attenuates.
     """
-    samples: Samples = _sample_rays(rays, grid, levels, thickest, _gauss_rules())
+    samples: Samples = _sample_rays(rays, grid, edges, thickest, _gauss_rules())
     return samples
 
 

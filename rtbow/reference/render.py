@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Indices, Progress, floats, no_progress
+from rtbow.physics.air.earth_shadow import place_over_sphere, shadow_span
 from rtbow.physics.air.rayleigh import segment_column, sun_column
-from rtbow.physics.constants import EARTH_RADIUS_M
 from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.physics.geometry import angle_between, box_span
 from rtbow.physics.light.colour import xyz_to_rgb
@@ -117,13 +117,12 @@ class _Setup:
         """``depth`` where rain attenuates: no piece is to be thicker."""
         return np.inf if self.rain is None else depth
 
-    @property
-    def shadow_edges(self) -> Array:
-        """Heights at which a ray leaves the Earth's shadow of each sun below the horizon, m."""
-        below = [sun.altitude_rad for sun in self.optics.suns if sun.altitude_rad < 0.0]
-        if not self.optics.has_air or not below:
-            return np.zeros(0)
-        return floats([EARTH_RADIUS_M * (1.0 / np.cos(altitude) - 1.0) for altitude in below])
+    def shadow_edges(self, directions: Array) -> Array:
+        """Distances at which rays in directions (n, 3) cross the edge of the Earth's shadow of each
+        sun (n, 2 suns), m."""
+        suns = [sun for sun in self.optics.suns if self.world.shades(sun)]
+        ends = [shadow_span(self.origin, directions, self.origin, sun.direction) for sun in suns]
+        return np.ascontiguousarray(np.reshape(ends, (-1, len(directions))).T)
 
     def row_place(self, radius_m: Array) -> Array:
         """Places of radii along the rows."""
@@ -188,7 +187,8 @@ def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
     """Integrate pixels under the suns: (pixels, channels)."""
     optics = setup.optics
     total = np.zeros((len(rays.directions), setup.channels))
-    samples = sample_rays(rays, grid, setup.shadow_edges, setup.thickest(_RAIN_DEPTH))
+    edges = setup.shadow_edges(rays.directions)
+    samples = sample_rays(rays, grid, edges, setup.thickest(_RAIN_DEPTH))
     points, along = _points(rays, samples.start, samples.distance)
     eye_depth = _depth_to_eye(setup, rays, grid, samples.start, samples.distance)
     eye_column = np.zeros(len(points))
@@ -197,7 +197,7 @@ def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
     for sun, colour in zip(optics.suns, optics.sun_weights, strict=True):
         column = eye_column
         if optics.has_air:
-            column = column + sun_column(points[:, 2], sun.altitude_rad)
+            column = column + _column_to_sun(setup, sun, points)
         depth = eye_depth + _depth_to_light(setup, sun, grid, points)
         attenuation = _attenuation(setup, column, depth)
         # 0 is forward: light travels along -direction and on towards the eye along -ray.
@@ -206,6 +206,13 @@ def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
         gather = _airy_sun if setup.sections is None else _table_sun
         total += gather(setup, sun, samples, attenuation, theta, share, colour)
     return total
+
+
+def _column_to_sun(setup: _Setup, sun: Sun, points: Array) -> Array:
+    """Air columns from points (n, 3) towards a sun, infinite in the Earth's shadow."""
+    if setup.world.shades(sun):
+        return sun_column(*place_over_sphere(points, setup.origin, sun.direction))
+    return sun_column(points[:, 2], sun.altitude_rad)
 
 
 def _airy_sun(

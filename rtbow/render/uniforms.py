@@ -17,6 +17,7 @@ from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.tables.airy import NEAR_Z_LOW
+from rtbow.world.lights import Sun
 from rtbow.world.steps import StepRates
 from rtbow.world.world import World
 
@@ -64,6 +65,7 @@ def common_defines(world: World) -> dict[str, Define]:
         "MOST_KINK": MOST_KINK,
         "NEAR_LAMP": NEAR_LAMP,
         "LAMP_WIDE": "true" if lamp_pixels_wide(world) else "false",
+        "PIECES": 1,
     }
 
 
@@ -99,6 +101,23 @@ def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, A
         uniforms["volume.density"] = float(volume.number_per_m3[0, 0, 0])
         uniforms["volume.extinction"] = world.rain_per_m
     return uniforms
+
+
+def shadow_uniforms(sun: Sun, eye_m: Array) -> dict[str, Any]:
+    """Give the numbers of a sun's shadow (``EarthShadow`` in the shader), as the eye (3,) is in it.
+
+    In float64, from which float32 keeps millimetres: the Earth's radius is taken out.
+    """
+    height, up = float(eye_m[2]), float(sun.direction[2])
+    sunward = (EARTH_RADIUS_M + height) * up
+    excess = height + height**2 / (2.0 * EARTH_RADIUS_M)
+    zenith = np.array([0.0, 0.0, 1.0 + height / EARTH_RADIUS_M])
+    return {
+        "towards": tuple(sun.direction),
+        "clear": excess - sunward**2 / (2.0 * EARTH_RADIUS_M),
+        "outward": tuple(zenith - sunward / EARTH_RADIUS_M * sun.direction),
+        "sunward": sunward,
+    }
 
 
 def set_uniforms(program: GlProgram, values: Mapping[str, Any]) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, floats
+from rtbow.physics.air.earth_shadow import edge_height_m
 from rtbow.physics.air.rayleigh import sun_column
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
@@ -40,6 +41,10 @@ MOST_RAIN_SAMPLES = 512.0
 depth of 20 is gone, wherever exactly."""
 _AIR_ERROR = 1e-4
 """Relative error that the midpoint rule may leave in the air's attenuation."""
+_HIGHEST_EDGE_M = 1e6
+"""Above this no air is left that a sun could graze, nor any rain."""
+_UNSEEN_DEPTH = 20.0
+"""Where such a depth of air lies between sun and drop nothing arrives: no need to resolve it."""
 
 
 @dataclass(frozen=True)
@@ -198,16 +203,32 @@ def _air_rate(volume: DropletVolume, optics: Optics) -> float:
         return 0.0
     depth = float(optics.air_depth.max())
     heights = np.linspace(volume.box_m[0, 2], volume.box_m[1, 2], 17)
-    steepest = 0.0
+    steepest, grazing = 0.0, 0.0
     for sun in optics.suns:
         column = sun_column(np.maximum(heights, 0.0), sun.altitude_rad)
-        finite = np.isfinite(column)
-        if np.count_nonzero(finite) > 1:
-            slope = np.abs(np.gradient(column[finite], heights[finite]))
-            # Where a depth of 20 lies between sun and drop nothing arrives: no need to resolve it.
-            visible = depth * column[finite] < 20.0
+        if np.all(np.isfinite(column)):
+            slope = np.abs(np.gradient(column, heights))
+            visible = depth * column < _UNSEEN_DEPTH
             if np.any(visible):
                 steepest = max(steepest, float(slope[visible].max()))
+        else:
+            grazing = max(grazing, _grazing_rate(volume, optics, sun.altitude_rad))
     eye = np.exp(-max(volume.box_m[0, 2], 0.0) / SCALE_HEIGHT_M) / SCALE_HEIGHT_M
-    rate = depth * (eye + steepest)
+    rate = max(depth * (eye + steepest), depth * eye + grazing)
     return float(rate / np.sqrt(24.0 * _AIR_ERROR))
+
+
+def _grazing_rate(volume: DropletVolume, optics: Optics, altitude_rad: float) -> float:
+    """Largest change per metre of the depth towards a sun whose shadow ends within the box.
+
+    Just above the edge light passes the densest air, and only the wavelengths that the air
+    attenuates least are left of it.
+    """
+    edge = float(edge_height_m(altitude_rad))
+    if edge > _HIGHEST_EDGE_M:
+        return 0.0
+    heights = edge + np.linspace(1e-3, max(float(volume.box_m[1, 2]) - edge, 1e3), 33)
+    column = sun_column(heights, altitude_rad)
+    depth = np.multiply.outer(optics.air_depth, column)
+    slope = np.multiply.outer(optics.air_depth, np.abs(np.gradient(column, heights)))
+    return float(np.max(slope, initial=0.0, where=depth < _UNSEEN_DEPTH))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Progress, no_progress
+from rtbow.physics.air.earth_shadow import edge_height_m, shadow_reaches
 from rtbow.physics.drop.airy import bow_width
 from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import tabled_sizes
@@ -20,7 +21,7 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.world.camera import View, view_of
 from rtbow.world.inputs import InputFile, input_files
-from rtbow.world.lights import lamps, light_notes, suns
+from rtbow.world.lights import Sun, lamps, light_notes, suns
 from rtbow.world.optics import Optics, scene_optics
 from rtbow.world.rain.drops import left_out
 from rtbow.world.rain.volume import DropletVolume, scene_volume
@@ -113,6 +114,18 @@ class World:
     def rain_per_m(self) -> float:
         """Greatest extinction by the rain, 1/m; 0 where it does not attenuate."""
         return self.rain.greatest if self.rain is not None else 0.0
+
+    def shades(self, sun: Sun) -> bool:
+        """Whether the Earth keeps a sun from some of the drops' box.
+
+        The sun's altitude then counts at each drop, on a sphere; elsewhere it is taken as that at
+        the eye all over the box, whose flat shadow must not reach the box either.
+        """
+        if not self.optics.has_air:
+            return False
+        box, eye = self.volume.box_m, self.view.eye_m
+        flat = sun.altitude_rad < 0.0 and box[0, 2] < edge_height_m(sun.altitude_rad)
+        return bool(flat) or shadow_reaches(box, eye, sun.direction)
 
     @property
     def bows_in_place(self) -> bool:

@@ -23,15 +23,20 @@ vec2 columnTexel(Length height, Angle altitude, vec2 size) {
     return vec2(texelCentred(q, size.x), texelCentred(sqrt(height / MAX_HEIGHT_M), size.y));
 }
 
-// Air column from a height towards the sun; so large that nothing passes where the Earth is in the
-// way. Within 1e-4 of the integral up to MAX_HEIGHT_M.
-Column sunColumn(sampler2D logColumn, Length height, Angle altitude) {
+// Air column from a height towards a sun that the Earth is not in the way of. Within 1e-4 of the
+// integral up to MAX_HEIGHT_M.
+Column litColumn(sampler2D logColumn, Length height, Angle altitude) {
     Length h = clamp(height, 0.0, MAX_HEIGHT_M);
-    if (altitude < horizonAltitude(h)) return 1.0e30;
     vec2 size = vec2(textureSize(logColumn, 0));
     Column column = exp(texture(logColumn, columnTexel(h, altitude, size)).r);
     // Beyond both ends of the texture the column follows the density.
     return column * exp((h - height) / SCALE_HEIGHT_M);
+}
+
+// The same for any sun: so large that nothing passes where the Earth is in the way.
+Column sunColumn(sampler2D logColumn, Length height, Angle altitude) {
+    if (altitude < horizonAltitude(clamp(height, 0.0, MAX_HEIGHT_M))) return 1.0e30;
+    return litColumn(logColumn, height, altitude);
 }
 
 // Air column of a straight segment that starts at a height and rises by `rise` per metre.

@@ -1,6 +1,7 @@
 #include "common/definitions.glsl"
 #include "common/math.glsl"
 #include "air/atmosphere.glsl"
+#include "air/earth_shadow.glsl"
 
 // Air columns as method `fast` counts them: from the middle of the range that its tables cover. The
 // weights of a path carry the depth of a grey air; the tables have the rest.
@@ -18,6 +19,9 @@ struct Columns {
 #if SHADOW
     Angle sunAltitude;     // of a sun at the horizon, whose columns no cubic follows
     sampler2D table;       // of the columns towards it (sunColumn)
+#if PIECES > 1
+    EarthShadow shadow;    // whose edge crosses the rain
+#endif
 #elif SUN
     vec4 sunward;          // column towards the sun less the middle: cubic in the height
 #endif
@@ -28,7 +32,10 @@ struct Columns {
 // Air column towards sun and eye, less the middle column.
 Column columnAt(Columns air, Position at, Direction ray, Length distance) {
     Length height = air.eyeHeight + at.z;
-#if SHADOW
+#if PIECES > 1
+    Column towards = columnOverSphere(air.table, air.shadow, air.eyeHeight, ray, distance)
+        - air.middle;
+#elif SHADOW
     Column towards = sunColumn(air.table, height, air.sunAltitude) - air.middle;
 #else
     vec4 c = air.sunward;

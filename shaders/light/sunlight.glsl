@@ -1,5 +1,6 @@
 #include "common/definitions.glsl"
 #include "rain/extinction.glsl"
+#include "air/earth_shadow.glsl"
 
 // Sunlight is parallel: the scattering angle is one along a ray (paper, section 5.2). Needs a theory
 // before it: drop/airy_theory.glsl or drop/table_theory.glsl.
@@ -10,6 +11,10 @@ struct Sun {
     Angle altitude;
     Angle disc;            // angular radius
     int layer;             // first layer of a table that is averaged over such a disc
+#if PIECES > 1
+    bool shaded;           // the Earth keeps it from some of the drops
+    EarthShadow shadow;
+#endif
 };
 
 // Cross-section of a pixel: the mean over its points.

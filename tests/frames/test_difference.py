@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtbow.frames.difference import delta_e_2000, frame_difference
+from rtbow.frames.difference import Spread, delta_e_2000, frame_difference
 from rtbow.physics.light.colour import D65_XYZ
 
 # Sharma, Wu, Dalal, Color Res. Appl. 30, 21 (2005), table 1: pairs 1, 4, 7, 10, 17, 25, 31, 34.
@@ -78,3 +78,18 @@ def test_frames_with_holes_are_refused(bad):
         frame_difference(frame[:2], frame)
     with pytest.raises(ValueError, match="no light"):
         frame_difference(frame, 0.0 * frame)
+
+
+def test_a_sample_says_where_the_whole_frames_percentile_lies():
+    """Of 1000 samples of 500 numbers each, 95 % enclose the true percentile, 99 of 0 to 100."""
+    rng = np.random.default_rng(3)
+    enclosed = 0
+    for _ in range(1000):
+        low, high = Spread.of(rng.uniform(0.0, 100.0, 500)).p99_range
+        enclosed += low <= 99.0 <= high
+    assert 940 <= enclosed <= 985
+
+
+def test_a_small_sample_has_no_upper_end():
+    assert Spread.of(np.arange(367.0)).p99_range == (358.0, None)
+    assert Spread.of(np.arange(368.0)).p99_range == (359.0, 367.0)

@@ -16,7 +16,7 @@ def test_samples_cover_the_ray():
     spans = [(200.0 / directions[0, 1], 1200.0 / directions[0, 1]), (300.0, 900.0), (5.0, 5.0)]
     entry, leave = np.array(spans).T.copy()
     rays = Rays(EYE, directions, entry, leave, longest=np.full(3, np.inf))
-    start, distance, weight, radius = sample_rays(rays, grid, np.zeros(0), thickest=np.inf)
+    start, distance, weight, radius = sample_rays(rays, grid, np.zeros((3, 0)), thickest=np.inf)
     assert start[0] == 0
     assert start[-1] == len(distance) == len(weight) == len(radius)
     assert start[3] == start[2]  # nothing in an empty span

@@ -93,6 +93,22 @@ def run_stage(name: str, stage: Stage, say: Callable[[str], None]) -> Outcome:
     return outcome
 
 
+DUSK_BEGIN = "<!-- tools/dusk.py: begin -->"
+DUSK_END = "<!-- tools/dusk.py: end -->"
+
+
+def section_of(text: str) -> str:
+    """Give the section of a document that ``tools/dusk.py`` wrote; empty where it has none."""
+    begin, end = text.find(DUSK_BEGIN), text.find(DUSK_END)
+    return text[begin : end + len(DUSK_END)] if 0 <= begin < end else ""
+
+
+def with_section(text: str, section: str) -> str:
+    """Put that section into a document, in the place of the one that it has, or at its end."""
+    before = section_of(text)
+    return text.replace(before, section) if before else f"{text.rstrip()}\n\n{section}\n"
+
+
 def document(outcomes: Sequence[Outcome], facts: Mapping[str, str]) -> str:
     """Write the budget as Markdown.
 

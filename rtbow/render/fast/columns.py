@@ -8,6 +8,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.air import rayleigh
+from rtbow.physics.air.earth_shadow import edge_height_m, place_over_sphere
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
@@ -130,6 +131,26 @@ def sun_columns(sun: Sun, box_m: Array, eye_m: Array) -> SunColumns:
         eye_m: the eye (3,).
     """
     return sunward_columns(sun, box_m).seen(box_m, eye_m)
+
+
+_PLACES = 9
+"""Places along each side of a box at which the columns over a sphere are looked at."""
+
+
+def shaded_columns(sun: Sun, box_m: Array, eye_m: Array) -> SunColumns:
+    """Give the columns of light from a sun that the Earth keeps from a part of a box (2, 3)."""
+    sides = [np.linspace(box_m[0, axis], box_m[1, axis], _PLACES) for axis in range(3)]
+    places = np.stack(np.meshgrid(*sides), axis=-1)
+    height, altitude = place_over_sphere(places, eye_m, sun.direction)
+    # Of each plumb line, the place that light reaches along the ground has the greatest column.
+    edge = np.where(altitude < 0.0, edge_height_m(altitude), 0.0)
+    height = np.concatenate([height, edge])
+    altitude = np.concatenate([altitude, np.maximum(altitude, rayleigh.horizon_rad(edge) + 1e-9)])
+    towards = rayleigh.sun_column(height, altitude)
+    inside = (height <= box_m[1, 2] + 1.0) & (towards < DARK_COLUMN)
+    if not np.any(inside):
+        return SunColumns(Column(DARK_COLUMN - 1.0, DARK_COLUMN), None)
+    return SunColumns(Column(float(towards[inside].min()), float(towards[inside].max())), None)
 
 
 def sunward_columns(sun: Sun, box_m: Array) -> SunColumns:

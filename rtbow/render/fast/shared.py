@@ -207,19 +207,22 @@ def bind_rain(
             program.bind("volume.toLight", depths)
 
 
-def check_loops(plan: Plan, per_step: int) -> None:
+def check_loops(plan: Plan, per_step: int, pieces: int = 1) -> None:
     """Check that a ray's march fits in one pass of a driver that counts loops.
 
     Args:
         plan: the world's.
         per_step: iterations of loops within a step, itself included.
+        pieces: that a ray is marched in, each with its own least steps.
 
     Raises:
         UnsuitedError: it does not.
     """
     world = plan.world
     fixed, volume = world.fineness.steps, world.volume
-    steps = fixed or most_steps(plan.rates, volume)
+    steps = fixed * pieces if fixed else most_steps(plan.rates, volume)
+    if pieces > 1 and not fixed:
+        steps += pieces * (LEAST_RAIN_SAMPLES if world.rain is not None else _LEAST_STEPS)
     if world.optics.lamps and fixed is None:
         steps = max(steps, 2 * lamp_steps(plan.rates, volume))
     if steps * per_step > MOST_LOOPS:

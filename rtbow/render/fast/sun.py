@@ -22,11 +22,12 @@ from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR
 from rtbow.render.colours.table import ColourTable
 from rtbow.render.edges import PixelPass
-from rtbow.render.fast.columns import SunColumns, is_near, sunward_columns
+from rtbow.render.fast.columns import SunColumns, is_near, shaded_columns, sunward_columns
 from rtbow.render.fast.light import LightPlan, most_texels
 from rtbow.render.fast.nodes import Nodes, block_for
 from rtbow.render.fast.shared import Plan, bind_rain, check_loops, light_defines, set_scene
 from rtbow.render.fast.sun_colours import SunColours, plan_sunlight, sunlight_degree
+from rtbow.render.uniforms import shadow_uniforms
 from rtbow.world.lights import Sun
 from rtbow.world.steps import most_steps
 
@@ -34,6 +35,8 @@ _MOST_DIRECT = 64
 """The air along a ray through an even volume takes no more midpoint samples than this."""
 _WINDOW = 1.0
 """Tables for moving suns cover ranges of air columns about multiples of this one."""
+_PIECES = 3
+"""A ray lies before, in and behind the Earth's shadow, if in all of them."""
 _GROUPS = 7
 """A pass over the nodes keeps this many groups of four rows of radius: OpenGL 3.3 has eight draw
 buffers, of which the path takes one."""
@@ -55,6 +58,7 @@ class SunPlan:
         block: pixels between nodes; 0 for none.
         groups: of four rows of radius that a pass over the nodes keeps.
         roaming: whether its tables serve other cameras and altitudes of the sun, too.
+        shaded: whether the Earth keeps the sun from some of the drops.
     """
 
     plan: Plan
@@ -68,6 +72,7 @@ class SunPlan:
     block: int
     groups: int
     roaming: bool
+    shaded: bool
 
     @property
     def defines(self) -> dict[str, Define]:
@@ -82,6 +87,7 @@ class SunPlan:
             "PARTS": False,
             "NEAR_AIR": near,
             "SHADOW": air and shadow,
+            "PIECES": _PIECES if self.shaded else 1,
             "BLOCKS": self.block > 0,
             "DIRECT": self.direct,
             "LAMP_COUNT": 0,
@@ -93,10 +99,12 @@ class SunPlan:
 
     def moved(self, plan: Plan, sun: Sun) -> SunPlan:
         """Give the plan for the sun and a camera elsewhere, with the same tables."""
-        sunward = _sunward(plan, sun) if _turned(self.sun, sun) else self.sunward
+        shaded = plan.world.shades(sun)
+        still = not (_turned(self.sun, sun) or shaded or self.shaded)
+        sunward = self.sunward if still else _sunward(plan, sun)
         columns = _columns(plan, sunward, roaming=self.roaming)
         return replace(
-            self, plan=plan, sun=sun, sunward=sunward, columns=columns,
+            self, plan=plan, shaded=shaded, sun=sun, sunward=sunward, columns=columns,
             degree=sunlight_degree(self.light, columns.column, roaming=self.roaming),
             grey=self.light.basis.grey(columns.column.middle),
             block=_block(plan) if self.block else 0,
@@ -128,7 +136,8 @@ def plan_sun(
     block = 0 if even else _block(plan)
     rows = len(plan.radii.rows)
     groups = min(-(-rows // 4), _GROUPS) if rows > 1 and block else 0
-    check_loops(plan, 1 + groups)
+    shaded = world.shades(sun)
+    check_loops(plan, 1 + groups, _PIECES if shaded else 1)
     return SunPlan(
         plan, sun, sunward, columns, light,
         sunlight_degree(light, columns.column, roaming=roaming),
@@ -137,6 +146,7 @@ def plan_sun(
         block=block,
         groups=groups,
         roaming=roaming,
+        shaded=shaded,
     )  # fmt: skip
 
 
@@ -148,6 +158,8 @@ def _sunward(plan: Plan, sun: Sun) -> SunColumns:
     """Columns from a sun to the drops."""
     if not plan.world.optics.has_air:
         return SunColumns(NO_AIR, np.zeros(4))
+    if plan.world.shades(sun):
+        return shaded_columns(sun, plan.box_m, plan.world.view.eye_m)
     return sunward_columns(sun, plan.box_m)
 
 
@@ -258,6 +270,7 @@ class FastSun:
         """Set all that depends on where camera and sun are."""
         sun, columns = self.plan.sun, self.plan.columns
         self.table = table
+        shadow = shadow_uniforms(sun, self.plan.plan.world.view.eye_m)
         self._compose.place(self.plan.plan.world.view, self.plan.plan.box_m)
         for program in self.marching:
             program.bind("table.values", texture)
@@ -269,6 +282,8 @@ class FastSun:
                 program.set("air.sunward", (columns.cubic[0] - middle, *columns.cubic[1:]))
             program.set("air.sunAltitude", sun.altitude_rad)
             program.set("air.middle", middle)
+            for name, value in shadow.items():
+                program.set(f"air.shadow.{name}", value)
             program.set("table.first", table.first)
             program.set("table.perChord", table.per_chord)
             levels = self.plan.light.levels

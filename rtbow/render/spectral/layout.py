@@ -58,6 +58,7 @@ def shader_defines(world: World) -> dict[str, Define]:
         "ONE_RADIUS": _one_radius(world),
         "PIXEL_POINTS": pixel_points(world),
         "POLE": not table and _pole_in_view(world.view, optics),
+        "PIECES": pieces(world),
     }
 
 
@@ -90,6 +91,13 @@ def pixel_disc(world: World, disc_rad: float) -> float:
         return disc_rad
     squared = 0.5 * view.plane_pixel**2 * (1.0 + math.cos(view.cone[1]) ** 4)
     return math.sqrt(disc_rad**2 + squared / (3.0 * points**2))
+
+
+def pieces(world: World) -> int:
+    """Pieces that a ray is marched in: cut where it enters and leaves the Earth's shadow of each
+    sun, where there is any."""
+    suns = world.optics.suns
+    return 1 + 2 * len(suns) if any(world.shades(sun) for sun in suns) else 1
 
 
 def _widest_disc(optics: Optics, volume: DropletVolume, widening: float) -> float:

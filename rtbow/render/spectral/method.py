@@ -25,12 +25,19 @@ from rtbow.render.spectral.layout import (
     LAMP_DEPTH_SAMPLES,
     LAMP_POINTS,
     bow_edges,
+    pieces,
     pixel_disc,
     pixel_points,
     shader_defines,
     spectral_rows,
 )
-from rtbow.render.uniforms import MAX_STEPS, MOST_LOOPS, common_uniforms, set_uniforms
+from rtbow.render.uniforms import (
+    MAX_STEPS,
+    MOST_LOOPS,
+    common_uniforms,
+    set_uniforms,
+    shadow_uniforms,
+)
 from rtbow.tables.airy import airy_table
 from rtbow.tables.layout import SectionTable, angle_axis, section_table
 from rtbow.world.optics import Optics
@@ -219,7 +226,11 @@ class SpectralMethod:
         set_uniforms(self._program, common_uniforms(world, volume.box_m, rates))
         self._program.set("volume.radius", volume.radius_range_um[0] * 1e-6)
         least = LEAST_RAIN_SAMPLES if world.rain is not None else 1
-        self._steps = min(steps or max(most_steps(rates, volume), least), MAX_STEPS)
+        parts = pieces(world)
+        most = parts * steps if steps else max(most_steps(rates, volume), least)
+        if not steps and parts > 1:
+            most += parts * least  # each is rounded up, and has its least steps
+        self._steps = min(most, MAX_STEPS)
         self._steps_per_pass = _LOOP_BUDGET // self._loops_per_step(optics)
         if optics.lamps:
             # Each stretch of a ray gets its half of an even number.
@@ -235,6 +246,9 @@ class SpectralMethod:
             self._program.set(f"suns[{k}].towards", tuple(sun.direction))
             self._program.set(f"suns[{k}].altitude", sun.altitude_rad)
             self._program.set(f"suns[{k}].disc", sun.disc_rad)
+            self._program.set(f"suns[{k}].shaded", world.shades(sun))
+            for name, value in shadow_uniforms(sun, world.view.eye_m).items():
+                self._program.set(f"suns[{k}].shadow.{name}", value)
 
     def prepare_moves(self) -> None:
         """Do nothing: this method has no tables that serve other places."""

@@ -25,12 +25,12 @@ void main() {
     Direction ray = rayThrough(camera, nodePixel(gl_FragCoord.xy, blockSize));
     vec2 span = boxSpan(ray, volume.low, volume.high);
     path = vec4(MISS, 0.0, 0.0, 0.0);
-    int count = span.x < span.y ? stepCount(span.y - span.x, ray, march) : 0;
+    Way way = wayAlong(ray, span, march, air);
     Gathered gathered = nothingYet(firstRow);
-    SunPath sunPath = gatherSun(ray, span, count, sunDirection, volume, air, rows, table, gathered);
+    SunPath sunPath = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered);
 #if SEVERAL_RADII
-    Number perMetre = count > 0 ? 1.0 / (span.y - span.x) : 0.0;
+    Number perMetre = way.lit > 0.0 ? 1.0 / way.lit : 0.0;
     for (int g = 0; g < HAT_GROUPS; ++g) hats[g] = perMetre * gathered.weights[g];
 #endif
-    if (count > 0) path = vec4(sunPath.weight, sunPath.column, sunPath.depth, 0.0);
+    if (way.lit > 0.0) path = vec4(sunPath.weight, sunPath.column, sunPath.depth, 0.0);
 }

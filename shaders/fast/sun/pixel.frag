@@ -73,7 +73,8 @@ void main() {
     span = seen.span;
 #endif
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
-    if (span.x >= span.y) return;
+    Way way = wayAlong(ray, span, march, air);
+    if (way.lit <= 0.0) return;
 #if PIXEL_LEVELS && PIXEL_EDGES
     Texel texel = texelOver(table, foldedChord(sunDirection, seen.ray),
                             seen.extents * chordExtent(camera, sunDirection, seen.ray));
@@ -84,29 +85,23 @@ void main() {
     Texel texel = texelOf(table, foldedChord(sunDirection, ray));
 #endif
     Number perpendicular = shareAcross(camera, sunDirection, ray);
-    Length along = span.y - span.x;
 #if DIRECT == 1
     // Even drops in clear space: no march.
     SunPath path = SunPath(volume.density, 0.0, 0.0);
 #else
-#if DIRECT
-    int count = DIRECT;
-#else
-    int count = stepCount(along, ray, march);
-#endif
 #if BLOCKS
     vec4 flag = texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0);
     bool flagged = flag.r > 0.5;
-    if (!flagged) count = 0;
+    if (!flagged) way = unmarched(way);
 #if SEVERAL_RADII
-    if (!marching) count = 0;
+    if (!marching) way = unmarched(way);
 #endif
 #endif
     Gathered gathered = Gathered(texel, perpendicular, vec3(0.0));
 #if PIXEL_EDGES
-    SunPath path = gatherSun(ray, span, count, sunDirection, volume, air, rows, table, gathered, box);
+    SunPath path = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered, box);
 #else
-    SunPath path = gatherSun(ray, span, count, sunDirection, volume, air, rows, table, gathered);
+    SunPath path = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered);
 #endif
 #if SEVERAL_RADII
     Tristimulus light = gathered.light;
@@ -117,13 +112,13 @@ void main() {
         vec4 between = textureLod(nodes, nodePlace(gl_FragCoord.xy, blockSize, nodes), 0.0);
         path = SunPath(between.x, between.y, between.z);
 #if SEVERAL_RADII
-        light = along * hatLight(hats, gl_FragCoord.xy / blockSize + 1.5, hatRow, 255.0 * flag.gb,
+        light = way.lit * hatLight(hats, gl_FragCoord.xy / blockSize + 1.5, hatRow, 255.0 * flag.gb,
                                  table, texel, perpendicular);
 #endif
     }
 #endif
 #if !SEVERAL_RADII
-    Tristimulus light = path.weight * along * colourOf(table.values, texel, 0.0, perpendicular);
+    Tristimulus light = path.weight * way.lit * colourOf(table.values, texel, 0.0, perpendicular);
 #endif
 #if PIXEL_EDGES
     light *= seen.share;

@@ -124,6 +124,7 @@ AIRS = {
     "near": {"AIR": True, "NEAR_AIR": True, "SHADOW": False},
     "far": {"AIR": True, "NEAR_AIR": False, "SHADOW": False},
     "shadow": {"AIR": True, "NEAR_AIR": False, "SHADOW": True},
+    "edge": {"AIR": True, "NEAR_AIR": False, "SHADOW": True, "PIECES": 3},
 }
 RAINS = ((False, False), (True, False), (True, True))
 DROPS = ((False, False), (True, False), (True, True))
