@@ -88,10 +88,24 @@ vec2 edgePoint(int k) {
     return away * vec2((k & 1) == 0 ? 1.0 : -1.0, (k & 2) == 0 ? 1.0 : -1.0);
 }
 
+// A length of rain, as much of it as shows through itself.
+Length seenLength(Length along, Number extinction) {
+#if EXTINCTION
+    // Towards the eye, and about as much towards the light.
+    Number depth = 2.0 * extinction * along;
+    // By its series where a difference of like numbers would lose its digits.
+    return along * (depth < 0.01 ? 1.0 - 0.5 * depth : (1.0 - exp(-depth)) / depth);
+#else
+    return along;
+#endif
+}
+
 // At a box's edges the mean place in the pixel, weighted by the length inside, has a ray of its own:
 // the places inside form a convex region, so that this is one of them. Extents are those of a box of
-// the same variance. `span`: of the ray through the pixel's centre.
-PixelSpan pixelSpan(Camera camera, vec2 pixel, Direction ray, vec2 span, Position low, Position high) {
+// the same variance. `span`: of the ray through the pixel's centre. `extinction`: of the rain, 1/m,
+// whose far parts are dimmed by its near ones.
+PixelSpan pixelSpan(Camera camera, vec2 pixel, Direction ray, vec2 span, Position low, Position high,
+                    Number extinction) {
     // No branch: Mesa's CPU driver runs through one that no pixel takes, but ends a loop at once.
     int points = meetsEvenly(ray, rayExtent(camera, ray), low, high) ? 0 : EDGE_POINTS;
     vec2 screen = 2.0 * pixel / camera.size - 1.0;
@@ -113,7 +127,7 @@ PixelSpan pixelSpan(Camera camera, vec2 pixel, Direction ray, vec2 span, Positio
         vec3 far = max(first, second);
         vec2 within = toPlane * vec2(max(max(near.x, near.y), max(near.z, 0.0)),
                                      min(min(far.x, far.y), far.z));
-        Length chord = max(within.y - within.x, 0.0);
+        Length chord = seenLength(max(within.y - within.x, 0.0), extinction);
         total += chord;
         place += chord * at;
         squares += chord * at * at;
@@ -124,7 +138,8 @@ PixelSpan pixelSpan(Camera camera, vec2 pixel, Direction ray, vec2 span, Positio
         place /= total;
         seen.ray = rayThrough(camera, pixel + place);
         seen.span = ends / total;
-        seen.share = total / (float(EDGE_POINTS) * max(seen.span.y - seen.span.x, 1.0e-30));
+        Length mean = seenLength(seen.span.y - seen.span.x, extinction);
+        seen.share = total / (float(EDGE_POINTS) * max(mean, 1.0e-30));
         seen.extents = sqrt(12.0 * max(squares / total - place * place, 0.0));
     }
     return seen;

@@ -31,7 +31,13 @@ void main() {
     vec2 span = boxSpan(ray, volume.low, volume.high);
     Tristimulus sum = vec3(0.0);
 #if PIXEL_AREA
-    PixelSpan seen = pixelSpan(camera, gl_FragCoord.xy, ray, span, volume.low, volume.high);
+#if EXTINCTION && !GRID
+    Number extinction = volume.extinction;
+#else
+    const Number extinction = 0.0;
+#endif
+    PixelSpan seen =
+        pixelSpan(camera, gl_FragCoord.xy, ray, span, volume.low, volume.high, extinction);
     SoftBox box = SoftBox(span, vec3(0.0));
 #if GRID
     // Drops differ along the ray: it is marched with the share of the pixel that is inside.

@@ -60,7 +60,12 @@ void main() {
     if (texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0).r > 0.5)
 #endif
     {
-        seen = pixelSpan(camera, gl_FragCoord.xy, ray, span, volume.low, volume.high);
+#if EXTINCTION && !GRID
+        Number extinction = volume.extinction;
+#else
+        const Number extinction = 0.0;
+#endif
+        seen = pixelSpan(camera, gl_FragCoord.xy, ray, span, volume.low, volume.high, extinction);
 #if GRID
         // Drops differ along the ray: it is marched with the share of the pixel that is inside.
         box = softBox(camera, ray, volume.low, volume.high);
