@@ -18,7 +18,6 @@ from rtbow.bench.row import SampleDifference
 from rtbow.frames.difference import FrameDifference, frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene.model import Scene
-from rtbow.world.camera import pixel_directions
 from rtbow.world.world import resolve
 
 REFERENCE_STEP_NM = 1.0
@@ -123,26 +122,17 @@ def reference_xyz(scene: Scene, sample: PixelSample, progress: Progress = no_pro
 def _part_xyz(part: Scene, rows: Indices, columns: Indices, progress: Progress) -> Array:
     def build() -> dict[str, Array]:
         # Slow to import, and not needed for what the cache has.
-        from rtbow.reference.render import radiance_along
+        from rtbow.reference.render import radiance_of_pixels
 
         step = part.render.model_copy(update={"wavelength_step_nm": REFERENCE_STEP_NM})
         world = resolve(part.model_copy(update={"render": step}))
-        rays = _rays(part, rows, columns)
-        groups = range(0, len(rays), _AT_A_TIME)
-        groups_xyz = [radiance_along(world, rays[i : i + _AT_A_TIME]) for i in progress(groups)]
+        groups_xyz = [
+            radiance_of_pixels(world, rows[i : i + _AT_A_TIME], columns[i : i + _AT_A_TIME])
+            for i in progress(range(0, len(rows), _AT_A_TIME))
+        ]
         return {"xyz": np.concatenate(groups_xyz)}
 
     return floats(cached_arrays("bench-reference", _key(part, rows, columns), build)["xyz"])
-
-
-def _rays(part: Scene, rows: Indices, columns: Indices) -> Array:
-    """Give the directions through pixels (n, 3)."""
-    # A row of the frame at a time: the directions of a whole frame may not fit in memory.
-    rays = np.empty((len(rows), 3))
-    for row in np.unique(rows):
-        chosen = rows == row
-        rays[chosen] = pixel_directions(part.camera, slice(row, row + 1))[0, columns[chosen]]
-    return rays
 
 
 def _key(part: Scene, rows: Indices, columns: Indices) -> str:

@@ -29,11 +29,18 @@ class GlProgram:
         gl: the context; it must be current here and in every method.
         fragment: file name of the fragment stage.
         defines: constants and switches of both stages.
+        vertex: file name of the vertex stage; one triangle over the target if left out.
     """
 
-    def __init__(self, gl: GlContext, fragment: str, defines: Mapping[str, Define]) -> None:
+    def __init__(
+        self,
+        gl: GlContext,
+        fragment: str,
+        defines: Mapping[str, Define],
+        vertex: str = "common/fullscreen.vert",
+    ) -> None:
         self._gl = gl
-        self._program = compile_program(gl.ctx, "common/fullscreen.vert", fragment, defines)
+        self._program = compile_program(gl.ctx, vertex, fragment, defines)
         self._triangle = gl.ctx.vertex_array(self._program, [])
         self._textures: dict[str, Texture] = {}
         self._placed = -1  # how many textures there were when the others got their units
@@ -102,9 +109,9 @@ class GlProgram:
             self._program[name] = unit
         self._placed = len(self._textures)
 
-    def draw(self) -> None:
-        """Draw over the bound framebuffer."""
-        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+    def draw(self, vertices: int = 3) -> None:
+        """Draw over the bound framebuffer: one triangle, or as many as the vertices make."""
+        self._triangle.render(moderngl.TRIANGLES, vertices=vertices)
 
 
 def row_texture(gl: GlContext, data: NDArray[Any], *, linear: bool = True) -> moderngl.Texture:

@@ -24,6 +24,7 @@ from rtbow.physics.geometry import angle_between, box_span
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.reference.lamp import Ball, integrate_lamp, lamp_pieces
+from rtbow.reference.pixels import pixel_means
 from rtbow.reference.rays import (
     Attenuation,
     Bows,
@@ -372,6 +373,29 @@ def spectral_radiance_along(world: World, rays: Array) -> Array:
     return _gathered(_set_up(world, optics=world.optics.apart()), rays)
 
 
+def radiance_of_pixels(world: World, rows: Indices, columns: Indices) -> Array:
+    """Give some pixels of a world's picture, in float64.
+
+    Args:
+        world: the world.
+        rows: row of each pixel, first on top (n,).
+        columns: column of each (n,).
+
+    Returns:
+        X, Y, Z (n, 3), Y in cd/m².
+    """
+    if world.view.area:
+        return _means(_set_up(world), rows, columns)
+    rays, _ = world.view.rays_through(floats(columns + 0.5), floats(rows + 0.5))
+    return radiance_along(world, rays)
+
+
+def _means(setup: _Setup, rows: Indices, columns: Indices) -> Array:
+    """Means over the solid angles of pixels (n, 3)."""
+    disc = min((sun.disc_rad for sun in setup.optics.suns), default=0.0)
+    return pixel_means(setup.world.view, rows, columns, disc, lambda rays: _gathered(setup, rays))
+
+
 def _rows_at_a_time(setup: _Setup, width: int, height: int) -> int:
     """Rows of pixels that are rendered together."""
     if setup.rows is None or width == 0:
@@ -400,12 +424,17 @@ def render_reference(
     """
     setup = _set_up(world, building)
     width, height = world.view.size_px
-    width = len(range(width)[columns])
+    columns_of = np.arange(width)[columns]
+    width = len(columns_of)
     xyz = np.zeros((height, width, 3))
     group = _rows_at_a_time(setup, width, height)
     for row in progress(range(height)):
         if row % group == 0:
             rows = slice(row, min(row + group, height))
-            rays = world.view.pixel_directions(rows)[:, columns]
-            xyz[rows] = _gathered(setup, rays.reshape(-1, 3)).reshape(rays.shape)
+            if world.view.area:
+                places = np.meshgrid(np.arange(height)[rows], columns_of, indexing="ij")
+                xyz[rows] = _means(setup, *(p.ravel() for p in places)).reshape(xyz[rows].shape)
+            else:
+                rays = world.view.pixel_directions(rows)[:, columns]
+                xyz[rows] = _gathered(setup, rays.reshape(-1, 3)).reshape(rays.shape)
     return xyz_to_rgb(xyz)

@@ -70,6 +70,16 @@ class Camera(Table):
         description="width and height of the picture",
         json_schema_extra=shown_as("px", "More pixels show finer fringes."),
     )
+    pixel: Literal["centre", "area"] = Field(
+        "centre",
+        description="what a pixel shows: centre for the light along the ray through its centre, "
+        "area for the mean over its solid angle, as a camera's does",
+        json_schema_extra=shown_as(
+            "",
+            "Fringes finer than the pixels make false rings (moiré) at their centres; the mean "
+            "over their area has none.",
+        ),
+    )
     polarizer_deg: float | None = Field(
         None,
         ge=-360,

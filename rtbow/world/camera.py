@@ -28,6 +28,7 @@ class View:
         size_px: width and height of the picture.
         fov_deg: horizontal field of view, whole angle.
         polarizer: direction (3,) of the field that a polarising filter lets pass; None without one.
+        area: whether a pixel is the mean over its solid angle, not the light through its centre.
     """
 
     eye_m: Array
@@ -35,6 +36,7 @@ class View:
     size_px: tuple[int, int]
     fov_deg: float
     polarizer: Array | None
+    area: bool = False
 
     @property
     def pixel_deg(self) -> float:
@@ -63,6 +65,7 @@ class View:
             np.array_equal(self.eye_m, other.eye_m)
             and np.array_equal(self.basis[:2], other.basis[:2])
             and _equal_or_none(self.polarizer, other.polarizer)
+            and self.area == other.area
         )
         # Half of the margin is left to float32.
         return same and self.cone[1] - other.cone[1] <= 0.5 * CONE_MARGIN
@@ -79,6 +82,29 @@ class View:
         y = 1.0 - (np.arange(height)[rows] + 0.5) / height * 2.0
         rays = forward + x[None, :, None] * right + y[:, None, None] * up
         return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+
+    @property
+    def plane_pixel(self) -> float:
+        """Width of a pixel on the picture plane at distance 1; they are square."""
+        return float(2.0 * np.linalg.norm(self.basis[1]) / self.size_px[0])
+
+    def rays_through(self, columns: Array, rows: Array) -> tuple[Array, Array]:
+        """Give rays through places in the picture, and how much solid angle lies about each.
+
+        Args:
+            columns: places in pixels from the left edge (n,); centres lie at halves.
+            rows: places from the upper edge (n,).
+
+        Returns:
+            Unit directions (n, 3), and solid angle per area of the picture plane at distance 1
+            (n,): the cube of the cosine of the angle from the axis.
+        """
+        width, height = self.size_px
+        forward, right, up = self.basis
+        x, y = columns / width * 2.0 - 1.0, 1.0 - rows / height * 2.0
+        rays = forward + x[:, None] * right + y[:, None] * up
+        length = np.linalg.norm(rays, axis=1)
+        return floats(rays / length[:, None]), floats(length**-3.0)
 
     def perpendicular_share(self, towards_light: Array, rays: Array) -> Array:
         """Give the share of the component perpendicular to the scattering plane in what is seen.
@@ -114,6 +140,7 @@ def view_of(camera: Camera) -> View:
     return View(
         np.array(camera.position_m), basis, camera.size_px, camera.fov_deg,
         None if camera.polarizer_deg is None else _polarizer(basis, camera.polarizer_deg),
+        camera.pixel == "area",
     )  # fmt: skip
 
 

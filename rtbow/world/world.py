@@ -13,6 +13,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Progress, no_progress
 from rtbow.physics.air.earth_shadow import edge_height_m, shadow_reaches
+from rtbow.physics.drop.airy import bow_width
 from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import tabled_sizes
 from rtbow.scene.lights import TIME_AND_PLACE
@@ -130,6 +131,11 @@ class World:
     def bows_in_place(self) -> bool:
         """Whether a drop's bows can be evaluated where it is: Airy's theory, one size a point."""
         return self.scatterer.theory == "airy" and self.volume.sizes is None
+
+    @property
+    def narrowest_bow_rad(self) -> float:
+        """Width of the main bow of the largest drops, rad."""
+        return bow_width(self.volume.size_range_um[1] * 1e-6, self.scatterer.medium.bow_unit)
 
     @property
     def tabled_range_um(self) -> tuple[float, float]:

@@ -1,6 +1,7 @@
 #include "common/definitions.glsl"
 #include "drop/airy.glsl"
 #include "drop/bows.glsl"
+#include "common/pixel_points.glsl"
 
 // Cross-sections by Airy's theory, whose bows are evaluated where the drop is. drop/table_theory.glsl
 // has the same names for a table; a program includes one of the two.
@@ -26,12 +27,24 @@ struct SunView {
     Number perDisc;         // its inverse
     int firstBow;           // bows that are not dark at this angle, for any wavelength and radius;
     int lastBow;            // none where first > last
+#if PIXEL_POINTS
+    vec2 extent;            // of the pixel across theta
+#endif
 };
 
 // `layer` is for tables alone (drop/table_theory.glsl). A bow is dark on the far side of its edge (host: the faintest reach
 // of any wavelength and radius).
-SunView sunView(Theory theory, Angle theta, Angle disc, int layer, Number perpendicular) {
+SunView sunView(Theory theory, Angle theta, Angle disc, int layer, Number perpendicular
+#if PIXEL_POINTS
+                , vec2 extent
+#endif
+                ) {
+#if PIXEL_POINTS
+    disc = sqrt(disc * disc + pixelRest(extent));
+    SunView view = SunView(theta, perpendicular, disc, 1.0 / max(disc, 1.0e-9), BOW_COUNT, -1, extent);
+#else
     SunView view = SunView(theta, perpendicular, disc, 1.0 / max(disc, 1.0e-9), BOW_COUNT, -1);
+#endif
     for (int b = 0; b < BOW_COUNT; ++b) {
         if (BOW_SIDE[b] * (theta - theory.edge[b]) > 0.0) {
             view.firstBow = min(view.firstBow, b);
@@ -44,6 +57,14 @@ SunView sunView(Theory theory, Angle theta, Angle disc, int layer, Number perpen
 bool isDark(SunView sun) {
     return sun.firstBow > sun.lastBow;
 }
+
+#if PIXEL_POINTS
+// The view at one of the pixel's points.
+SunView atPoint(SunView view, int k) {
+    view.theta = clamp(view.theta + pixelPoint(view.extent, k), 0.0, PI);
+    return view;
+}
+#endif
 
 // C(lambda, a, theta) where some bow is not dark, for unpolarised light: the bows' intensities add.
 CrossSection crossSection(sampler2D spectral, Theory theory, int wavelength, vec2 radius,

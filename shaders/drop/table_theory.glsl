@@ -1,5 +1,6 @@
 #include "common/definitions.glsl"
 #include "drop/sections.glsl"
+#include "common/pixel_points.glsl"
 
 // Cross-sections of either theory from a table made for the scene. drop/airy_theory.glsl has the same
 // names for Airy's bows evaluated in place; a program includes one of the two.
@@ -21,12 +22,34 @@ struct SunView {
     Number perpendicular;   // share of that component, with a polariser
     Number place;           // of the scattering angle along the table's
     int layer;              // first of the disc's layers
+#if PIXEL_POINTS
+    Number places[PIXEL_POINTS];    // of the angles at the pixel's points
+#endif
 };
 
 // `disc` is for Airy's theory (drop/airy_theory.glsl): a table has layers averaged over each disc.
+#if PIXEL_POINTS
+SunView sunView(Theory theory, Angle theta, Angle disc, int layer, Number perpendicular,
+                vec2 extent) {
+    SunView view;
+    view.perpendicular = perpendicular;
+    view.layer = layer;
+    for (int k = 0; k < PIXEL_POINTS; ++k) {
+        Angle angle = clamp(theta + pixelPoint(extent, k), 0.0, PI);
+        view.places[k] = anglePlace(theory.angles, angle);
+    }
+    return view;
+}
+
+SunView atPoint(SunView view, int k) {
+    view.place = view.places[k];
+    return view;
+}
+#else
 SunView sunView(Theory theory, Angle theta, Angle disc, int layer, Number perpendicular) {
     return SunView(perpendicular, anglePlace(theory.angles, theta), layer);
 }
+#endif
 
 bool isDark(SunView sun) {
     return false;

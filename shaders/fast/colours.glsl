@@ -8,7 +8,20 @@ struct ColourTable {
     sampler2D values;
     Number first;          // folded chord of the first texel
     Number perChord;       // texels per unit of it
+#if PIXEL_LEVELS
+    Number leastExtent;    // logarithm that the first level stands for, of a pixel's squared extent
+    Number blur;           // and of the square of what is blurred anyway, rad
+    Number perLevel;       // levels per unit of that logarithm
+#endif
 };
+
+// A place in the table: its column; where it has levels of smoothing for pixels of several extents,
+// the level, too. They lie above each other for each row.
+#if PIXEL_LEVELS
+#define Texel vec2
+#else
+#define Texel Number
+#endif
 
 // Rows of radius, evenly in the logarithm.
 struct RadiusRows {
@@ -52,7 +65,15 @@ Number chordSlopeAt(Length side, Length place) {
     return sqrt(0.5 * (1.0 + abs(place) / away));
 }
 
-#if SEVERAL_RADII
+#if PIXEL_LEVELS
+// `row` is a whole one.
+vec4 colourAt(sampler2D colours, Texel texel, Number row) {
+    vec2 size = vec2(textureSize(colours, 0));
+    Number column = clamp(texel.x, 0.0, size.x - 1.0) + 0.5;
+    Number line = row * float(PIXEL_LEVELS * PIXEL_SHAPES) + texel.y + 0.5;
+    return textureLod(colours, vec2(column, line) / size, 0.0);
+}
+#elif SEVERAL_RADII
 // `row` need not be whole.
 vec4 colourAt(sampler2D colours, Number texel, Number row) {
     vec2 size = vec2(textureSize(colours, 0));
@@ -70,8 +91,23 @@ vec4 colourAt(sampler2D colours, Number texel, Number row) {
 }
 #endif
 
+#if PIXEL_LEVELS
+// Place of a pixel in the table, from its extents u and v across the chord: the level by
+// u^2 + v^2, of the nearest of the shapes, which are even in 2 u v / (u^2 + v^2).
+Texel texelOver(ColourTable table, Number chord, vec2 extent) {
+    Number squared = dot(extent, extent);
+    Number level = (log(squared + table.blur) - table.leastExtent) * table.perLevel;
+    Number line = clamp(level, 0.0, float(PIXEL_LEVELS - 1));
+#if PIXEL_SHAPES > 1
+    Number shape = 2.0 * abs(extent.x * extent.y) / max(squared, 1.0e-30) * float(PIXEL_SHAPES);
+    line += float(PIXEL_LEVELS) * min(floor(shape), float(PIXEL_SHAPES - 1));
+#endif
+    return vec2(texelOf(table, chord), line);
+}
+#endif
+
 // What is left of X, Y and Z behind `column` of air beyond the middle one and `depth` of rain.
-Tristimulus fallOff(sampler2D colours, Number texel, Column column, Number depth) {
+Tristimulus fallOff(sampler2D colours, Texel texel, Column column, Number depth) {
     vec3 logarithm = vec3(0.0);
 #if COLUMN_DEGREE
     for (int k = COLUMN_DEGREE; k > 0; --k) {
@@ -92,7 +128,7 @@ Tristimulus fallOff(sampler2D colours, Number texel, Column column, Number depth
 
 // X, Y, Z per drop: of the radius of a row, times (radius / middle radius)^(7/3) for another.
 // `perpendicular` is that component's share.
-Tristimulus colourOf(sampler2D colours, Number texel, Number row, Number perpendicular) {
+Tristimulus colourOf(sampler2D colours, Texel texel, Number row, Number perpendicular) {
     Number inside = clamp(row, 0.0, float(RADIUS_ROWS - 1));
 #if POLARIZER
     vec3 parallel = colourAt(colours, texel, float(RADIUS_ROWS) + inside).rgb;

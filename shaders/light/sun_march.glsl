@@ -50,13 +50,23 @@ Column columnBy(Air air, Sun sun, Direction ray, Length distance) {
 // `steps`: this pass draws steps first..last-1; passes add up.
 Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, March march,
                      ivec2 steps, Air air, Sun suns[SUN_COUNT], sampler2D spectral,
-                     Theory theory) {
+                     Theory theory
+#if PIXEL_AREA
+                     , PixelSpan seen, SoftBox box
+#endif
+                     ) {
     SunView views[SUN_COUNT];
     bool dark = true;
     for (int s = 0; s < SUN_COUNT; ++s) {
         // Light travels from the sun and on to the eye along -ray.
+#if PIXEL_AREA
+        views[s] = sunView(theory, angleBetween(suns[s].towards, seen.ray), suns[s].disc,
+                           suns[s].layer, shareAcross(camera, suns[s].towards, seen.ray),
+                           seen.extents * pixelExtent(camera, suns[s].towards, seen.ray));
+#else
         views[s] = sunView(theory, angleBetween(suns[s].towards, ray), suns[s].disc, suns[s].layer,
                            shareAcross(camera, suns[s].towards, ray));
+#endif
         dark = dark && isDark(views[s]);
     }
     Tristimulus sum = vec3(0.0);
@@ -105,7 +115,11 @@ Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, Mar
 #endif
         for (int i = first; i < last; ++i) {
             Length distance = piece.start + (float(i) + 0.5) * stepLength;
-            Droplets drops = dropletsAt(volume, distance * ray);
+            Position at = distance * ray;
+            Droplets drops = dropletsAt(volume, at);
+#if PIXEL_AREA && GRID
+            drops.density *= inside(box, at, distance, volume.low, volume.high);
+#endif
 #if !EXTINCTION
             if (drops.density <= 0.0) continue;
 #endif

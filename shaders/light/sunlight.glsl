@@ -17,6 +17,19 @@ struct Sun {
 #endif
 };
 
+// Cross-section of a pixel: the mean over its points.
+CrossSection pixelSection(sampler2D spectral, Theory theory, int wavelength, vec2 terms, SunView sun) {
+#if PIXEL_POINTS
+    CrossSection sum = 0.0;
+    for (int k = 0; k < PIXEL_POINTS; ++k) {
+        sum += crossSection(spectral, theory, wavelength, terms, atPoint(sun, k));
+    }
+    return sum / float(PIXEL_POINTS);
+#else
+    return crossSection(spectral, theory, wavelength, terms, sun);
+#endif
+}
+
 #if ONE_RADIUS && ATTENUATION
 // With drops of one radius a pixel needs its cross-sections once, whatever the steps.
 struct Sections {
@@ -27,7 +40,7 @@ Sections crossSections(sampler2D spectral, Theory theory, SunView sun, Length ra
     vec2 terms = radiusTerms(theory, radius);
     Sections sections;
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
-        sections.at[w] = crossSection(spectral, theory, w, terms, sun);
+        sections.at[w] = pixelSection(spectral, theory, w, terms, sun);
     }
     return sections;
 }
@@ -52,7 +65,7 @@ Tristimulus scatteredLight(sampler2D spectral, Theory theory, int light, SunView
     Tristimulus sum = vec3(0.0);
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
         vec4 weight = texelFetch(spectral, ivec2(w, FIRST_LIGHT_ROW + light), 0);
-        Number value = crossSection(spectral, theory, w, terms, sun);
+        Number value = pixelSection(spectral, theory, w, terms, sun);
 #if ATTENUATION
         value *= attenuation(spectral, w, weight.a, column, depth, rise);
 #endif

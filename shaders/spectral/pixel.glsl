@@ -1,6 +1,7 @@
 #include "common/box.glsl"
 #include "common/camera.glsl"
 #include "common/colour.glsl"
+#include "common/footprint.glsl"
 #include "light/sun_march.glsl"
 #include "light/lamp_march.glsl"
 
@@ -29,6 +30,42 @@ void main() {
     Direction ray = rayThrough(camera, gl_FragCoord.xy);
     vec2 span = boxSpan(ray, volume.low, volume.high);
     Tristimulus sum = vec3(0.0);
+#if PIXEL_AREA
+#if EXTINCTION && !GRID
+    Number extinction = volume.extinction;
+#else
+    const Number extinction = 0.0;
+#endif
+    PixelSpan seen =
+        pixelSpan(camera, gl_FragCoord.xy, ray, span, volume.low, volume.high, extinction);
+    SoftBox box = SoftBox(span, vec3(0.0));
+#if GRID
+    // Drops differ along the ray: it is marched with the share of the pixel that is inside.
+    box = softBox(camera, ray, volume.low, volume.high);
+    seen.share = 1.0;
+    seen.span = box.span;
+#else
+    ray = seen.ray;
+#endif
+    if (seen.span.x < seen.span.y) {
+#if SUN_COUNT
+        sum += seen.share * sunlight(camera, ray, seen.span, volume, march, stepRange, air, suns,
+                                     spectral, sunTheory, seen, box);
+#endif
+    }
+#if LAMP_COUNT
+    for (int light = 0; light < LAMP_COUNT; ++light) {
+        int points = lampPoints(camera, ray, volume.low, volume.high, lamps[light].centre);
+        for (int k = 0; k < points; ++k) {
+            Direction one = lampPointRay(camera, gl_FragCoord.xy, k, points);
+            vec2 within = boxSpan(one, volume.low, volume.high);
+            if (within.x >= within.y) continue;
+            sum += lamplight(camera, one, within, volume, lampSteps, stepRange, air, lamps[light],
+                             light, spectral, lampTheory) / float(points);
+        }
+    }
+#endif
+#else
     if (span.x < span.y) {
 #if SUN_COUNT
         sum += sunlight(camera, ray, span, volume, march, stepRange, air, suns, spectral, sunTheory);
@@ -40,5 +77,6 @@ void main() {
         }
 #endif
     }
+#endif
     radiance = vec4(xyzToRgb(sum), 1.0);
 }

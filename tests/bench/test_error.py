@@ -172,7 +172,7 @@ def test_rays_are_those_of_the_pixels(monkeypatch, tmp_path):
         "rtbow.reference.render.radiance_along",
         lambda world, rays: asked.append(rays) or np.ones((len(rays), 3)),
     )
-    scene = load_scene("uniform", {"camera.size_px": [9, 5]})
+    scene = load_scene("uniform", {"camera.size_px": [9, 5], "camera.pixel": "centre"})
     sample = sample_pixels((9, 5), 12)
     reference_xyz(scene, sample)
     expected = pixel_directions(scene.camera)[sample.rows, sample.columns]

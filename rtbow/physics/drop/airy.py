@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Values
+from rtbow.physics.constants import VISIBLE_NM
 
 RADIUS_POWER = 7.0 / 3.0
 """C grows as a^(7/3): a² for the drop's area, a^(1/3) for the focusing at the caustic."""
@@ -147,6 +148,22 @@ def unit_angle(size: Values, units: float = 1.0, unit: float = PRIMARY_UNIT) -> 
         The angle, rad, same shape as ``size``.
     """
     return units * unit / size**SCALE_POWER
+
+
+_WIDTH_UNITS = 1.4 / PRIMARY_UNIT
+"""Units of Airy's argument z that count as the width of a bow: 0.82, half of what the
+main maximum has at half its height, from z = 0.09 to z = 1.72."""
+
+
+def bow_width(radius_m: float, unit: float) -> float:
+    """Give the width of the main bow at the violet end, rad.
+
+    Args:
+        radius_m: of the drops.
+        unit: of Airy's argument (:attr:`rtbow.physics.drop.medium.Medium.bow_unit`).
+    """
+    x = 2.0 * np.pi * radius_m / (VISIBLE_NM[0] * 1e-9)
+    return float(unit_angle(x, _WIDTH_UNITS, unit))
 
 
 def bows(orders: Sequence[int], wavelength_m: Array, index: Array) -> tuple[Bow, ...]:

@@ -167,6 +167,8 @@ def _bake_defines(
         "OUTCOMES": len(light.weights),
         "SUN_COUNT": 1,  # a lamp's colours, too, are those under a point at infinity
         "LAMP_COUNT": 0,
+        "PIXEL_AREA": False,
+        "PIXEL_POINTS": 0,
         "POLARIZER": components,
         **dict.fromkeys(("DISC", "POLE", "WIDE"), disc_rad > 0.0),
     }

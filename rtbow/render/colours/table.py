@@ -12,18 +12,17 @@ the sun's disc has blurred them, at wider steps and linear between.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, floats
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.physics.drop.airy import PRIMARY_UNIT, SCALE_POWER, bows, unit_angle
+from rtbow.physics.drop.airy import SCALE_POWER, bows
 from rtbow.render.colours.basis import _RAIN_DEPTH, LightBasis
-
-RIGHT_ANGLE_CHORD = float(np.sqrt(2.0))
-"""The chord of a right angle in the unit circle, at which chords are folded."""
+from rtbow.render.colours.pixels import RIGHT_ANGLE_CHORD, PixelLevels
+from rtbow.render.colours.pixels import over_pixels as chord_means
 
 
 # Why a chord and not the angle. Between the unit vectors u towards the light and v along the ray
@@ -107,22 +106,6 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
     return floats(np.linspace(ends[0], ends[1], min(count, most)))
 
 
-_WIDTH_UNITS = 1.4 / PRIMARY_UNIT
-"""Units of Airy's argument z that count as the width of a bow: 0.82, half of what the
-main maximum has at half its height, from z = 0.09 to z = 1.72."""
-
-
-def bow_width(radius_m: float, unit: float) -> float:
-    """Give the width of the main bow at the violet end, rad.
-
-    Args:
-        radius_m: of the drops.
-        unit: of Airy's argument (:attr:`rtbow.physics.drop.medium.Medium.bow_unit`).
-    """
-    x = 2.0 * np.pi * radius_m / (VISIBLE_NM[0] * 1e-9)
-    return float(unit_angle(x, _WIDTH_UNITS, unit))
-
-
 _MOST_PHASE = 800.0
 """Phase of Airy's fringes up to which 1 nm, the step of the reference, follows them: from one
 wavelength to the next it changes by 1.5 rad."""
@@ -159,6 +142,31 @@ def fringe_step(
             return 0.0
         finest = min(finest, _PHASE_STEP / (2.0 * np.sqrt(z) * scale))
     return float(finest)
+
+
+_FAINT = 1e-6
+"""Share of the brightest colour that counts as light where exponents are averaged."""
+
+
+def over_pixels(table: ColourTable, chord: Array, levels: PixelLevels) -> ColourTable:
+    """Give a table of means over pixels: in place of each row a line for each of their extents.
+
+    The exponents of the fall-off are averaged, too, weighted with the light that falls off: right
+    to first order in the column.
+
+    Args:
+        table: of single angles.
+        chord: folded chords of its columns (N,).
+        levels: the pixels' extents.
+    """
+    values = table.values.astype(np.float64)
+    count = table.rows * table.components
+    colours = chord_means(values[:count], chord, levels)
+    mean = values[:count].mean(axis=0)
+    mean += _FAINT * mean.max()
+    falls = chord_means(values[count:] * mean, chord, levels) / chord_means(mean, chord, levels)
+    lines = np.concatenate([colours, falls]).reshape(-1, *values.shape[1:])
+    return replace(table, values=lines.astype(np.float32))
 
 
 def hat_fit(fine: Array, rows: Array) -> Array:

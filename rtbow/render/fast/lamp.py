@@ -21,16 +21,17 @@ from rtbow.gl.program import FrameTarget, GlProgram, Texture, added_up, row_text
 from rtbow.physics.air.rayleigh import NO_AIR, Column
 from rtbow.render.colours.table import (
     ColourTable,
-    bow_width,
     chords,
     colour_table,
     folded_chord,
     unfolded,
 )
+from rtbow.render.edges import PixelPass
 from rtbow.render.fast.columns import lamp_column
 from rtbow.render.fast.light import LightPlan, most_texels, plan_light
 from rtbow.render.fast.nodes import Nodes, block_for
 from rtbow.render.fast.shared import Plan, bind_rain, check_loops, light_defines, set_scene
+from rtbow.render.uniforms import lamp_pixels_wide
 from rtbow.tables.layout import running_integral
 from rtbow.world.lights import NEAREST_M, Lamp
 from rtbow.world.steps import lamp_steps, most_steps
@@ -98,6 +99,8 @@ class LampPlan:
             "DISC_ROWS": _DISC_ROWS,
             "PARTS": True,
             "HAT_GROUPS": 0,
+            "PIXEL_LEVELS": 0,
+            "PIXEL_POINTS": 0,
         }
 
 
@@ -117,7 +120,7 @@ def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False
     column = _reach(plan, lamp)
     if roaming and world.optics.has_air:
         column = Column(0.0, 2.0 * column.high)
-    fringe = bow_width(world.volume.size_range_um[1] * 1e-6, world.scatterer.medium.bow_unit)
+    fringe = world.narrowest_bow_rad
     _check_disc(plan, lamp, fringe)
     check_loops(plan, 2)
     chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels)
@@ -177,8 +180,10 @@ class FastLamp:
         light, defines = self.plan.light, self.plan.defines
         self._grey = light.basis.grey(self.plan.column.middle)
         self.table = colour_table(light.bake(gl, building), self.plan.column, self.plan.degree)
-        self._compose = GlProgram(gl, "fast/lamp/pixel.frag", defines)
-        self.marching = [self._compose]
+        self._compose = PixelPass(
+            gl, "fast/lamp/pixel.frag", defines, whole=lamp_pixels_wide(plan.world)
+        )
+        self.marching = [*self._compose.programs]
         self._nodes: Nodes | None = None
         if self.plan.block:
             self._node = GlProgram(gl, "fast/lamp/node.frag", defines)
@@ -204,6 +209,8 @@ class FastLamp:
         view = plan.world.view
         block = block_for(view, plan.settings.lamp_block) if before.block else 0
         if before.block and not block:
+            return False
+        if lamp_pixels_wide(plan.world) != lamp_pixels_wide(before.plan.world):
             return False
         self.plan = replace(before, plan=plan, lamp=lamp, block=block)
         if block and (block, view.size_px) != (before.block, before.plan.world.view.size_px):
@@ -244,6 +251,7 @@ class FastLamp:
         plan, lamp, column = self.plan.plan, self.plan.lamp, self.plan.column
         world = plan.world
         steps = plan.settings.lamp_scale * lamp_steps(plan.rates, world.volume)
+        self._compose.place(world.view, plan.box_m, lamp.position_m)
         many = world.fineness.steps or int(np.ceil(steps))
         for program in self.marching:
             set_scene(program, plan, self._grey)
@@ -282,7 +290,6 @@ class FastLamp:
                 program.draw()
         target.use()
         with added_up(self._gl, add):
-            self._compose.use()
             self._compose.draw()
 
 

@@ -12,6 +12,7 @@ from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.light.spectrum import Spectrum
 from rtbow.render.colours.bake import Drops, outcomes
 from rtbow.render.colours.basis import LightBasis, column_degree, light_basis
+from rtbow.render.colours.pixels import PixelLevels
 from rtbow.render.colours.table import BakedLight, hat_fit, unfolded
 from rtbow.render.fast.shared import Plan, RadiusRows, rain_colour
 from rtbow.render.fast.tolerance import node_step_nm
@@ -32,6 +33,7 @@ class LightPlan:
         disc_rad: angular radius of the light's disc.
         components: whether both components are kept apart.
         tolerance: relative error left to the fit of the air's colours.
+        levels: extents of pixels that are means over their area; None for their centres.
     """
 
     drops: Drops
@@ -41,6 +43,7 @@ class LightPlan:
     disc_rad: float
     components: bool
     tolerance: float
+    levels: PixelLevels | None = None
     _degrees: dict[Column, int] = field(default_factory=dict, repr=False)
 
     def degree(self, column: Column) -> int:
@@ -67,7 +70,7 @@ class LightPlan:
 
 def plan_light(
     plan: Plan, spectrum: Spectrum, column: Column, chord: Array, *,
-    disc_rad: float = 0.0, step_nm: float | None = None,
+    disc_rad: float = 0.0, step_nm: float | None = None, levels: PixelLevels | None = None,
 ) -> LightPlan:  # fmt: skip
     """Decide what a light's colours are tabled for.
 
@@ -78,6 +81,7 @@ def plan_light(
         chord: folded chords of their angles (N,), even.
         disc_rad: angular radius of the light's disc.
         step_nm: between wavelengths of cross-sections; the settings' own if left out.
+        levels: extents of pixels that are means over their area; None for their centres.
     """
     world = plan.world
     drops = Drops(world.scatterer, np.exp(plan.radii.fine), world.volume.sizes)
@@ -85,8 +89,9 @@ def plan_light(
         step_nm = node_step_nm(plan.settings, blurred=not drops.on_device)
     basis = light_basis(spectrum, step_nm, column, rain_colour(plan))
     return LightPlan(
-        drops, plan.radii, basis, chord, disc_rad, plan.components == 2, plan.settings.colour
-    )
+        drops, plan.radii, basis, chord, disc_rad, plan.components == 2, plan.settings.colour,
+        levels,
+    )  # fmt: skip
 
 
 def most_texels(gl: GlContext) -> int:

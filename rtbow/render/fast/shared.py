@@ -17,7 +17,7 @@ from rtbow.gl.program import GlProgram, volume_texture
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import RADIUS_POWER
 from rtbow.render.colours.bake import middle_radius
-from rtbow.render.colours.table import RIGHT_ANGLE_CHORD
+from rtbow.render.colours.pixels import RIGHT_ANGLE_CHORD
 from rtbow.render.fast.columns import (
     filled_box,
     greatest_depth,

@@ -21,6 +21,7 @@ from rtbow.gl.program import FrameTarget, GlProgram, Texture, added_up, row_text
 from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR
 from rtbow.render.colours.table import ColourTable
+from rtbow.render.edges import PixelPass
 from rtbow.render.fast.columns import SunColumns, is_near, shaded_columns, sunward_columns
 from rtbow.render.fast.light import LightPlan, most_texels
 from rtbow.render.fast.nodes import Nodes, block_for
@@ -77,6 +78,7 @@ class SunPlan:
     def defines(self) -> dict[str, Define]:
         """The switches and constants of all its programs."""
         plan, air, shadow = self.plan, self.plan.world.optics.has_air, self.columns.cubic is None
+        levels = self.light.levels
         eye = plan.world.view.eye_m
         near = air and not shadow and is_near(plan.box_m, eye, self.columns.column, self.grey)
         return {
@@ -88,6 +90,10 @@ class SunPlan:
             "PIECES": _PIECES if self.shaded else 1,
             "BLOCKS": self.block > 0,
             "DIRECT": self.direct,
+            "LAMP_COUNT": 0,
+            "PIXEL_POINTS": 0,
+            "PIXEL_LEVELS": 0 if levels is None else len(levels.squared),
+            "PIXEL_SHAPES": 0 if levels is None else levels.shapes,
             "HAT_GROUPS": self.groups,
         }
 
@@ -206,8 +212,8 @@ class FastSun:
         self._colours = colours or SunColours(gl, self.plan.light, building)
         table = self._table()
         self._defines = self.plan.defines
-        self._compose = GlProgram(gl, "fast/sun/pixel.frag", self._defines)
-        self.marching = [self._compose]
+        self._compose = PixelPass(gl, "fast/sun/pixel.frag", self._defines)
+        self.marching = [*self._compose.programs]
         self._nodes: Nodes | None = None
         if self.plan.block:
             self._path = GlProgram(gl, "fast/sun/node.frag", self._defines)
@@ -235,7 +241,9 @@ class FastSun:
         Returns:
             Whether that could be done; if not, nothing has changed.
         """
-        before = self.plan
+        before, levels = self.plan, self.plan.light.levels
+        if levels is not None and not levels.hold(plan.world.view):
+            return False
         after = before.moved(plan, plan.world.optics.suns[self._number])
         if after.defines != self._defines:
             return False
@@ -251,9 +259,11 @@ class FastSun:
 
     def anew(self, plan: Plan) -> FastSun:
         """Make this sun anew, for a plan that it cannot move to; it must be a roaming one."""
+        levels = self.plan.light.levels
+        same = levels is None or levels.hold(plan.world.view)
         return FastSun(
             self._gl, plan, self._number, self._drops, no_progress,
-            roaming=True, colours=self._colours,
+            roaming=True, colours=self._colours if same else None,
         )  # fmt: skip
 
     def _place(self, table: ColourTable, texture: moderngl.Texture) -> None:
@@ -261,6 +271,7 @@ class FastSun:
         sun, columns = self.plan.sun, self.plan.columns
         self.table = table
         shadow = shadow_uniforms(sun, self.plan.plan.world.view.eye_m)
+        self._compose.place(self.plan.plan.world.view, self.plan.plan.box_m)
         for program in self.marching:
             program.bind("table.values", texture)
             set_scene(program, self.plan.plan, self.plan.grey)
@@ -275,6 +286,11 @@ class FastSun:
                 program.set(f"air.shadow.{name}", value)
             program.set("table.first", table.first)
             program.set("table.perChord", table.per_chord)
+            levels = self.plan.light.levels
+            if levels is not None:
+                program.set("table.leastExtent", levels.first)
+                program.set("table.blur", levels.blur)
+                program.set("table.perLevel", levels.per_level)
 
     def _make_nodes(self) -> None:
         world, settings = self.plan.plan.world, self.plan.plan.settings
@@ -305,7 +321,7 @@ class FastSun:
     @property
     def textures(self) -> list[Texture]:
         """All textures that its programs read."""
-        programs = [self._compose]
+        programs = [*self._compose.programs]
         if self._nodes is not None:
             programs += [self._path, self._flags]
         if self.plan.groups:
@@ -323,7 +339,6 @@ class FastSun:
             self._compose.set("hatRow", float(row))
             self._compose.set("marching", row == 0)
             with added_up(self._gl, add or row > 0):
-                self._compose.use()
                 self._compose.draw()
 
     def _prepare(self, row: int) -> None:

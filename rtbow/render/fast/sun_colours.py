@@ -10,8 +10,16 @@ from rtbow.base.errors import UnsuitedError
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import row_texture
 from rtbow.physics.air.rayleigh import Column
+from rtbow.physics.drop.airy import bow_width
 from rtbow.render.colours.basis import mean_column_error
-from rtbow.render.colours.table import ColourTable, bow_width, chords, colour_table, fringe_step
+from rtbow.render.colours.pixels import pixel_levels
+from rtbow.render.colours.table import (
+    ColourTable,
+    chords,
+    colour_table,
+    fringe_step,
+    over_pixels,
+)
 from rtbow.render.fast.columns import DARK_COLUMN
 from rtbow.render.fast.light import LightPlan, plan_light
 from rtbow.render.fast.shared import Plan
@@ -24,6 +32,8 @@ _WORST_FIT = 5.0
 """A fit of the air's colours is refused whose error is this many times the allowed one."""
 _TABLES = 6
 """So many tables are kept for suns that move to and fro."""
+_FALL_OFF_ROWS = 3
+"""Rows of a table beside its colours, as a rule."""
 _SHARP_STEP_NM = 1.0
 """Step of wavelengths, that of the reference, where nothing blurs the fringes of single ones."""
 _TOO_FINE = (
@@ -53,7 +63,14 @@ def plan_sunlight(
     whole = Column(0.0, DARK_COLUMN) if roaming and plan.world.optics.has_air else column
     chord = _chords(plan, sun, most_texels, everywhere=roaming)
     step_nm = _SHARP_STEP_NM if sharp else None
-    return plan_light(plan, sun.spectrum, whole, chord, disc_rad=sun.disc_rad, step_nm=step_nm)
+    levels = None
+    if plan.world.view.area:
+        blur = float(np.hypot(sun.disc_rad, plan.world.narrowest_bow_rad))
+        texels = len(chord) * (plan.components * len(plan.radii.rows) + _FALL_OFF_ROWS)
+        levels = pixel_levels(plan.world.view, blur, texels, roaming=roaming)
+    return plan_light(
+        plan, sun.spectrum, whole, chord, disc_rad=sun.disc_rad, step_nm=step_nm, levels=levels
+    )
 
 
 def sunlight_degree(light: LightPlan, column: Column, *, roaming: bool) -> int:
@@ -97,6 +114,8 @@ class SunColours:
                     "atmosphere: the air between light, drops and eye differs so much that method"
                     " fast does not follow its colours; use --method spectral"
                 )
+            if self.light.levels is not None:
+                table = over_pixels(table, self._baked.chord, self.light.levels)
             self._tables[column] = table, row_texture(self._gl, table.values)
             if len(self._tables) > _TABLES:
                 self._tables.pop(next(iter(self._tables)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32
@@ -48,14 +50,47 @@ def shader_defines(world: World) -> dict[str, Define]:
         "ATTENUATION": optics.has_air or rain,
         "DISC": not table
         and (
-            any(sun.disc_rad > 0.0 for sun in optics.suns)
+            world.view.area
+            or any(sun.disc_rad > 0.0 for sun in optics.suns)
             or any(lamp.radius_m > 0.0 for lamp in optics.lamps)
         ),
-        "WIDE": not table and _widest_disc(optics, volume) > NEAR_S_FIXED,
+        "WIDE": not table and _widest_disc(optics, volume, _widening(world)) > NEAR_S_FIXED,
         "ONE_RADIUS": _one_radius(world),
+        "PIXEL_POINTS": pixel_points(world),
         "POLE": not table and _pole_in_view(world.view, optics),
         "PIECES": pieces(world),
     }
+
+
+_POINTS_PER_BLUR = 4.0
+"""Points of a pixel whose angles are averaged, for each width of what is blurred anyway."""
+LAMP_POINTS = 8
+"""Rays that a pixel at an edge under a lamp takes (``common/footprint.glsl``)."""
+
+
+def pixel_points(world: World) -> int:
+    """Give the angles that are averaged over a pixel: 0 where its centre counts.
+
+    One where a pixel is narrow beside what the light's disc and the drops' own size blur: a wider
+    disc of the same variance stands for both. So it does for what several angles leave.
+    """
+    if not world.view.area or not world.optics.suns:
+        return 0
+    disc = min(sun.disc_rad for sun in world.optics.suns)
+    blur = math.hypot(disc, world.narrowest_bow_rad)
+    return math.ceil(_POINTS_PER_BLUR * world.view.plane_pixel / blur)
+
+
+def pixel_disc(world: World, disc_rad: float) -> float:
+    """Give the disc that blurs as much as a light's own and what a pixel's points leave of it.
+
+    A table has one for the whole picture, of the mean between its middle and its corners.
+    """
+    points, view = pixel_points(world), world.view
+    if not points:
+        return disc_rad
+    squared = 0.5 * view.plane_pixel**2 * (1.0 + math.cos(view.cone[1]) ** 4)
+    return math.sqrt(disc_rad**2 + squared / (3.0 * points**2))
 
 
 def pieces(world: World) -> int:
@@ -65,13 +100,18 @@ def pieces(world: World) -> int:
     return 1 + 2 * len(suns) if any(world.shades(sun) for sun in suns) else 1
 
 
-def _widest_disc(optics: Optics, volume: DropletVolume) -> float:
+def _widest_disc(optics: Optics, volume: DropletVolume, widening: float) -> float:
     """Largest scaled disc of any sun, bow, wavelength and drop; infinite for lamps with a size."""
     if any(lamp.radius_m > 0.0 for lamp in optics.lamps):
         return np.inf  # a drop may be next to the lamp
-    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
+    disc = max((sun.disc_rad for sun in optics.suns), default=0.0) + widening
     scale = max(float(bow.scale.max()) for bow in optics.bows)
     return float(scale * (volume.radius_range_um[1] * 1e-6) ** SCALE_POWER * disc)
+
+
+def _widening(world: World) -> float:
+    """By how much a pixel widens discs, at most, rad; 0 where its centre counts."""
+    return world.view.plane_pixel if world.view.area else 0.0
 
 
 def _one_radius(world: World) -> bool:
@@ -101,10 +141,11 @@ def _pole_in_view(view: View, optics: Optics) -> bool:
     return False
 
 
-def bow_edges(optics: Optics, volume: DropletVolume) -> list[float]:
+def bow_edges(world: World) -> list[float]:
     """Give, per bow, the scattering angle beyond which it is dark (see :func:`dark_edges`)."""
+    optics, volume = world.optics, world.volume
     smallest = max(volume.radius_range_um[0], MIN_RADIUS_UM) * 1e-6
-    disc = max((sun.disc_rad for sun in optics.suns), default=0.0)
+    disc = max((sun.disc_rad for sun in optics.suns), default=0.0) + 1.5 * _widening(world)
     return dark_edges(optics.bows, smallest, disc)
 
 

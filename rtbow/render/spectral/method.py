@@ -23,8 +23,11 @@ from rtbow.gl.program import (
 from rtbow.physics.air import rayleigh
 from rtbow.render.spectral.layout import (
     LAMP_DEPTH_SAMPLES,
+    LAMP_POINTS,
     bow_edges,
     pieces,
+    pixel_disc,
+    pixel_points,
     shader_defines,
     spectral_rows,
 )
@@ -99,10 +102,14 @@ class SpectralMethod:
                 f" takes up to {limit}; use a larger step, or render with --method reference"
             )
 
-    @staticmethod
-    def _loops_per_step(optics: Optics) -> int:
-        each = len(optics.wavelength_nm) * (1 + len(optics.bows)) + LAMP_DEPTH_SAMPLES + 4
-        return 4 + len(optics.lights) * each
+    def _loops_per_step(self, optics: Optics) -> int:
+        bows, points = len(optics.bows), pixel_points(self._world)
+        rest = LAMP_DEPTH_SAMPLES + 4
+        sun = len(optics.wavelength_nm) * (1 + (bows + 1) * points if points else 1 + bows) + rest
+        lamp = len(optics.wavelength_nm) * (1 + bows) + rest
+        if self._world.view.area:
+            lamp *= LAMP_POINTS
+        return 4 + len(optics.suns) * sun + len(optics.lamps) * lamp
 
     def _check_depth_loops(self, optics: Optics) -> None:
         """Refuse marches in several passes each of which would sum depths for too long."""
@@ -145,7 +152,7 @@ class SpectralMethod:
         for theory in ("sunTheory", "lampTheory"):
             for name, texture in textures.items():
                 program.bind(f"{theory}.{name}", texture)
-            program.set_array(f"{theory}.edge", bow_edges(optics, self._world.volume))
+            program.set_array(f"{theory}.edge", bow_edges(self._world))
 
     def _upload_sections(self, sections: Sections, *, components: bool) -> None:
         optics, volume = self._world.optics, self._world.volume
@@ -153,7 +160,8 @@ class SpectralMethod:
         radii = volume.size_range_um
         largest, unit = radii[1] * 1e-6, self._world.scatterer.medium.bow_unit
         if optics.suns:
-            discs = tuple(sorted({sun.disc_rad for sun in optics.suns}))
+            own = [pixel_disc(self._world, sun.disc_rad) for sun in optics.suns]
+            discs = tuple(sorted(set(own)))
             ends = [self._world.view.angles_from(sun.direction) for sun in optics.suns]
             low, high = min(low for low, _ in ends), max(high for _, high in ends)
             table = section_table(
@@ -161,8 +169,8 @@ class SpectralMethod:
                 volume.sizes, discs, components=components, running=False,
             )  # fmt: skip
             self._set_sections("sunTheory", table)
-            for k, sun in enumerate(optics.suns):
-                self._program.set(f"suns[{k}].layer", discs.index(sun.disc_rad) * count)
+            for k in range(len(own)):
+                self._program.set(f"suns[{k}].layer", discs.index(own[k]) * count)
         if optics.lamps:
             table = section_table(
                 sections, count, angle_axis(0.0, np.pi, 0.0, largest, unit), radii, volume.sizes,

@@ -1,6 +1,7 @@
 #include "common/box.glsl"
 #include "common/camera.glsl"
 #include "common/colour.glsl"
+#include "common/footprint.glsl"
 #include "fast/blocks.glsl"
 #include "fast/lamp/path.glsl"
 
@@ -26,7 +27,9 @@ void main() {
     Direction ray = rayThrough(camera, gl_FragCoord.xy);
     vec2 span = boxSpan(ray, volume.low, volume.high);
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
+#if !PIXEL_EDGES
     if (span.x >= span.y) return;
+#endif
     int steps = fewSteps;
     Tristimulus rest = vec3(0.0);
 #if BLOCKS
@@ -35,6 +38,22 @@ void main() {
     else rest = textureLod(nodes, nodePlace(gl_FragCoord.xy, blockSize, nodes), 0.0).gba;
 #endif
     Number perpendicular = shareAcross(camera, scene.lamp.centre, ray);
+#if PIXEL_EDGES
+    int points = 1;
+#if BLOCKS
+    if (flagged || LAMP_WIDE)
+#endif
+    points = lampPoints(camera, ray, volume.low, volume.high, scene.lamp.centre);
+    Tristimulus sum = vec3(0.0);
+    for (int k = 0; k < points; ++k) {
+        Direction one = lampPointRay(camera, gl_FragCoord.xy, k, points);
+        vec2 within = boxSpan(one, volume.low, volume.high);
+        if (within.x >= within.y) continue;
+        sum += rest + marchLamp(one, within, steps, scene, volume, air, rows, perpendicular);
+    }
+    radiance.rgb = xyzToRgb(sum / float(points));
+#else
     radiance.rgb = xyzToRgb(
         marchLamp(ray, span, steps, scene, volume, air, rows, perpendicular) + rest);
+#endif
 }

@@ -1,4 +1,5 @@
 #include "common/definitions.glsl"
+#include "common/footprint.glsl"
 #include "fast/air.glsl"
 #include "fast/volume.glsl"
 #include "fast/colours.glsl"
@@ -16,7 +17,11 @@ struct SunPath {
 
 // Equation 2 without its wavelengths, by the midpoint rule.
 SunPath gatherSun(Direction ray, Way way, Direction towardsSun, Volume volume, Columns air,
-                  RadiusRows rows, ColourTable table, inout Gathered gathered) {
+                  RadiusRows rows, ColourTable table, inout Gathered gathered
+#if PIXEL_EDGES
+                  , SoftBox box
+#endif
+                  ) {
     SunPath sums = SunPath(0.0, 0.0, 0.0);
 #if EXTINCTION
     Length start = way.pieces[0].start;
@@ -30,6 +35,9 @@ SunPath gatherSun(Direction ray, Way way, Direction towardsSun, Volume volume, C
             Position at = distance * ray;
             Droplets drops = dropletsAt(volume, at);
             Number reach = drops.density * stepLength;
+#if PIXEL_EDGES && GRID
+            reach *= inside(box, at, distance, volume.low, volume.high);
+#endif
             Number depth = 0.0;
             Column column = 0.0;
 #if SEVERAL_RADII

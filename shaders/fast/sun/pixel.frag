@@ -1,6 +1,7 @@
 #include "common/box.glsl"
 #include "common/camera.glsl"
 #include "common/colour.glsl"
+#include "common/footprint.glsl"
 #include "fast/blocks.glsl"
 #include "fast/sun/row_light.glsl"
 #include "fast/sun/path.glsl"
@@ -32,7 +33,7 @@ out vec4 radiance;
 // Sum over the groups of rows that the block has drops of: light per metre. `place`: of the pixel
 // among the nodes, whose groups lie above each other in `hats`.
 Tristimulus hatLight(sampler2D hats, vec2 place, Number firstRow, vec2 groups, ColourTable table,
-                     Number texel, Number perpendicular) {
+                     Texel texel, Number perpendicular) {
     vec2 size = vec2(textureSize(hats, 0));
     float height = size.y / float(HAT_GROUPS);
     Tristimulus light = vec3(0.0);
@@ -52,10 +53,42 @@ Tristimulus hatLight(sampler2D hats, vec2 place, Number firstRow, vec2 groups, C
 void main() {
     Direction ray = rayThrough(camera, gl_FragCoord.xy);
     vec2 span = boxSpan(ray, volume.low, volume.high);
+#if PIXEL_EDGES
+    PixelSpan seen = PixelSpan(ray, span, 1.0, vec2(1.0));
+    SoftBox box = SoftBox(span, vec3(0.0));
+#if BLOCKS
+    if (texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0).r > 0.5)
+#endif
+    {
+#if EXTINCTION && !GRID
+        Number extinction = volume.extinction;
+#else
+        const Number extinction = 0.0;
+#endif
+        seen = pixelSpan(camera, gl_FragCoord.xy, ray, span, volume.low, volume.high, extinction);
+#if GRID
+        // Drops differ along the ray: it is marched with the share of the pixel that is inside.
+        box = softBox(camera, ray, volume.low, volume.high);
+        seen.span = box.span;
+        seen.share = 1.0;
+#else
+        ray = seen.ray;
+#endif
+    }
+    span = seen.span;
+#endif
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
     Way way = wayAlong(ray, span, march, air);
     if (way.lit <= 0.0) return;
-    Number texel = texelOf(table, foldedChord(sunDirection, ray));
+#if PIXEL_LEVELS && PIXEL_EDGES
+    Texel texel = texelOver(table, foldedChord(sunDirection, seen.ray),
+                            seen.extents * chordExtent(camera, sunDirection, seen.ray));
+#elif PIXEL_LEVELS
+    Texel texel = texelOver(table, foldedChord(sunDirection, ray),
+                            chordExtent(camera, sunDirection, ray));
+#else
+    Texel texel = texelOf(table, foldedChord(sunDirection, ray));
+#endif
     Number perpendicular = shareAcross(camera, sunDirection, ray);
 #if DIRECT == 1
     // Even drops in clear space: no march.
@@ -70,7 +103,11 @@ void main() {
 #endif
 #endif
     Gathered gathered = Gathered(texel, perpendicular, vec3(0.0));
+#if PIXEL_EDGES
+    SunPath path = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered, box);
+#else
     SunPath path = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered);
+#endif
 #if SEVERAL_RADII
     Tristimulus light = gathered.light;
 #endif
@@ -87,6 +124,9 @@ void main() {
 #endif
 #if !SEVERAL_RADII
     Tristimulus light = path.weight * way.lit * colourOf(table.values, texel, 0.0, perpendicular);
+#endif
+#if PIXEL_EDGES
+    light *= seen.share;
 #endif
 #if AIR
     // Beyond the tables' columns there is no light to colour, and no polynomial to trust.

@@ -1,0 +1,208 @@
+#include "common/definitions.glsl"
+#include "common/camera.glsl"
+#include "common/box.glsl"
+#include "common/pixel_points.glsl"
+
+// What a pixel that is a mean over its solid angle needs beside the ray through its centre.
+
+#if PIXEL_AREA
+// By how much the cosine of a scattering angle changes from one side of a pixel to the other, along
+// both sides. Turned by half a pixel along a, the ray r moves by a / 2 less what of that is along r, over
+// its length on the picture plane at distance 1, which is the inverse of the cosine from the axis.
+vec2 cosineRise(Camera camera, Direction towardsLight, Direction ray, Number cosine) {
+    vec2 along = vec2(dot(ray, camera.basis[1]), dot(ray, camera.basis[2]));
+    vec2 towards = vec2(dot(towardsLight, camera.basis[1]), dot(towardsLight, camera.basis[2]));
+    return 2.0 / camera.size * dot(ray, camera.basis[0]) * (towards - cosine * along);
+}
+
+// A pixel's extents across the scattering angle: its cosine changes by its sine. Both vanish at the
+// poles, where the angle has no direction.
+vec2 pixelExtent(Camera camera, Direction towardsLight, Direction ray) {
+    Number cosine = dot(towardsLight, ray);
+    return cosineRise(camera, towardsLight, ray, cosine)
+        * inversesqrt(max(1.0 - cosine * cosine, 1.0e-6));
+}
+
+// The same across the folded chord, which grows by cos(theta / 2) per angle up to a right one:
+// cos(theta / 2) / sin(theta) is the inverse of the chord, 2 sin(theta / 2), mirrored beyond.
+vec2 chordExtent(Camera camera, Direction towardsLight, Direction ray) {
+    Number cosine = dot(towardsLight, ray);
+    return cosineRise(camera, towardsLight, ray, cosine)
+        * inversesqrt(max(2.0 - 2.0 * abs(cosine), 1.0e-6));
+}
+
+// By how much each component of a pixel's rays changes from one side to the other: the root of the
+// sum of squares over both sides, as a box of the same variance has it.
+vec3 rayExtent(Camera camera, Direction ray) {
+    vec3 right = camera.basis[1] - dot(camera.basis[1], ray) * ray;
+    vec3 up = camera.basis[2] - dot(camera.basis[2], ray) * ray;
+    vec3 squared = right * right / (camera.size.x * camera.size.x)
+        + up * up / (camera.size.y * camera.size.y);
+    return 2.0 * dot(ray, camera.basis[0]) * sqrt(squared);
+}
+
+// Whether the length inside a box is as good as linear over a pixel: all of the pixel's rays miss it,
+// or they meet faces at no grazing angles and, as good as all, the same face first and the same last.
+bool meetsEvenly(Direction ray, vec3 extent, Position low, Position high) {
+    vec3 first = low / ray;
+    vec3 second = high / ray;
+    // At a corner of the pixel components differ by half the sum over both sides, at most.
+    vec3 bend = 0.71 * extent / abs(ray);
+    vec3 near = min(first, second);
+    vec3 far = max(first, second);
+    vec3 nearWide = abs(near) * bend;
+    vec3 farWide = abs(far) * bend;
+    vec3 soonest = near - nearWide;
+    vec3 latest = far + farWide;
+    Number entry = max(max(soonest.x, soonest.y), max(soonest.z, 0.0));
+    Number exit = min(min(latest.x, latest.y), latest.z);
+    if (entry > exit) return true;
+    // Faces that may be the first, or the last, one met by some ray of the pixel.
+    vec3 firsts = vec3(greaterThan(near + nearWide, vec3(entry)));
+    vec3 lasts = vec3(lessThan(far - farWide, vec3(exit)));
+    // Where two such faces meet, the length has a kink: its mean misses by up to a sixth of this.
+    Length kink = (dot(firsts, vec3(1.0)) > 1.0 ? dot(firsts, nearWide) : 0.0)
+        + (dot(lasts, vec3(1.0)) > 1.0 ? dot(lasts, farWide) : 0.0);
+    vec3 entries = firsts * (near + nearWide);
+    vec3 exits = mix(vec3(3.0e38), far - farWide, lasts);
+    Length least = min(min(exits.x, exits.y), exits.z)
+        - max(max(entries.x, entries.y), max(entries.z, 0.0));
+    return kink < MOST_KINK * least && all(lessThan((firsts + lasts) * bend, vec3(MOST_BEND)));
+}
+
+// How a box lies in a pixel: the ray through the middle of what of it is seen, what of that ray is
+// inside, the mean length inside over the pixel as a share of that, and the extents of what is seen
+// as shares of the pixel's.
+struct PixelSpan {
+    Direction ray;
+    vec2 span;
+    Number share;
+    vec2 extents;
+};
+
+// Points over the pixel at a box's edges: a lattice of thirteen, mirrored at both axes.
+const int EDGE_POINTS = 52;
+
+vec2 edgePoint(int k) {
+    vec2 away = 0.5 * latticePoint(k >> 2, EDGE_POINTS / 4, 5) + 0.25;
+    return away * vec2((k & 1) == 0 ? 1.0 : -1.0, (k & 2) == 0 ? 1.0 : -1.0);
+}
+
+// A length of rain, as much of it as shows through itself.
+Length seenLength(Length along, Number extinction) {
+#if EXTINCTION
+    // Towards the eye, and about as much towards the light.
+    Number depth = 2.0 * extinction * along;
+    // By its series where a difference of like numbers would lose its digits.
+    return along * (depth < 0.01 ? 1.0 - 0.5 * depth : (1.0 - exp(-depth)) / depth);
+#else
+    return along;
+#endif
+}
+
+// At a box's edges the mean place in the pixel, weighted by the length inside, has a ray of its own:
+// the places inside form a convex region, so that this is one of them. Extents are those of a box of
+// the same variance. `span`: of the ray through the pixel's centre. `extinction`: of the rain, 1/m,
+// whose far parts are dimmed by its near ones.
+PixelSpan pixelSpan(Camera camera, vec2 pixel, Direction ray, vec2 span, Position low, Position high,
+                    Number extinction) {
+    // No branch: Mesa's CPU driver runs through one that no pixel takes, but ends a loop at once.
+    int points = meetsEvenly(ray, rayExtent(camera, ray), low, high) ? 0 : EDGE_POINTS;
+    vec2 screen = 2.0 * pixel / camera.size - 1.0;
+    vec3 middle = camera.basis[0] + screen.x * camera.basis[1] + screen.y * camera.basis[2];
+    vec3 right = 2.0 / camera.size.x * camera.basis[1];
+    vec3 up = 2.0 / camera.size.y * camera.basis[2];
+    Number toPlane = length(middle);
+    Length total = 0.0;
+    vec2 place = vec2(0.0);
+    vec2 squares = vec2(0.0);
+    vec2 ends = vec2(0.0);
+    for (int k = 0; k < points; ++k) {
+        vec2 at = edgePoint(k);
+        // Lengths of rays that reach to the picture plane: all as good as alike over a pixel.
+        vec3 inverse = 1.0 / (middle + at.x * right + at.y * up);
+        vec3 first = low * inverse;
+        vec3 second = high * inverse;
+        vec3 near = min(first, second);
+        vec3 far = max(first, second);
+        vec2 within = toPlane * vec2(max(max(near.x, near.y), max(near.z, 0.0)),
+                                     min(min(far.x, far.y), far.z));
+        Length chord = seenLength(max(within.y - within.x, 0.0), extinction);
+        total += chord;
+        place += chord * at;
+        squares += chord * at * at;
+        ends += chord * within;
+    }
+    PixelSpan seen = PixelSpan(ray, span, 1.0, vec2(1.0));
+    if (total > 0.0) {
+        place /= total;
+        seen.ray = rayThrough(camera, pixel + place);
+        seen.span = ends / total;
+        Length mean = seenLength(seen.span.y - seen.span.x, extinction);
+        seen.share = total / (float(EDGE_POINTS) * max(mean, 1.0e-30));
+        seen.extents = sqrt(12.0 * max(squares / total - place * place, 0.0));
+    }
+    return seen;
+}
+
+#if LAMP_COUNT
+const int LAMP_POINTS = 8;
+const int LAMP_GENERATOR = 5;
+
+// How many rays of a pixel a lamp's light is averaged over. The angle at the lamp sweeps along a ray,
+// which leaves fringes where it enters and leaves the rain alone: LAMP_WIDE where pixels are wider than
+// these. Otherwise the light has nothing finer than a pixel but at the edges of the rain, and in the few
+// pixels about the lamp, where it grows as the inverse of the distance.
+int lampPoints(Camera camera, Direction ray, Position low, Position high, Position lamp) {
+    Number pixel = 2.0 * length(camera.basis[1]) / camera.size.x;
+    bool near = length(cross(lamp, ray)) < NEAR_LAMP * pixel * dot(lamp, ray);
+    return !LAMP_WIDE && !near && meetsEvenly(ray, rayExtent(camera, ray), low, high) ? 1 : LAMP_POINTS;
+}
+
+// The k-th of so many rays.
+Direction lampPointRay(Camera camera, vec2 pixel, int k, int points) {
+    vec2 away = points > 1 ? latticePoint(k, LAMP_POINTS, LAMP_GENERATOR) : vec2(0.0);
+    return rayThrough(camera, pixel + away);
+}
+#endif
+
+// A box as a pixel sees it: at its edges some of the pixel's rays are inside and some are not.
+struct SoftBox {
+    vec2 span;             // distances between which some ray is inside
+    vec3 extent;           // of the pixel's rays; 0 where its centre stands for all of it
+};
+
+SoftBox softBox(Camera camera, Direction ray, Position low, Position high) {
+    vec3 extent = rayExtent(camera, ray);
+    if (meetsEvenly(ray, extent, low, high)) return SoftBox(boxSpan(ray, low, high), vec3(0.0));
+    vec2 span = vec2(0.0, 3.0e38);
+    for (int axis = 0; axis < 3; ++axis) {
+        vec2 rays = ray[axis] + vec2(-0.5, 0.5) * extent[axis];
+        bool within = low[axis] <= 0.0 && high[axis] >= 0.0;
+        bool turns = rays.x < 0.0 && rays.y > 0.0;
+        // Towards the box, where the eye is beside it.
+        Number side = high[axis] < 0.0 ? rays.x : rays.y;
+        Number face = high[axis] < 0.0 ? high[axis] : low[axis];
+        if (!within) {
+            span.x = max(span.x, side * face > 0.0 ? face / side : 3.0e38);
+            Number least = high[axis] < 0.0 ? rays.y : rays.x;
+            Number back = high[axis] < 0.0 ? low[axis] : high[axis];
+            if (least * back > 0.0) span.y = min(span.y, back / least);
+        } else if (!turns) {
+            Number least = rays.x >= 0.0 ? rays.x : rays.y;
+            span.y = min(span.y, (rays.x >= 0.0 ? high[axis] : low[axis])
+                / (abs(least) < 1.0e-30 ? 1.0e-30 : least));
+        }
+    }
+    return SoftBox(span, extent);
+}
+
+// Share of the pixel's rays that are inside at a distance, whose place there is `at`.
+Number inside(SoftBox box, Position at, Length distance, Position low, Position high) {
+    if (box.extent.x <= 0.0) return 1.0;
+    vec3 reach = 0.5 * distance * box.extent;
+    vec3 share = (min(at + reach, high) - max(at - reach, low)) / max(2.0 * reach, vec3(1.0e-6));
+    share = clamp(share, 0.0, 1.0);
+    return share.x * share.y * share.z;
+}
+#endif
