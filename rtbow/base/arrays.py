@@ -13,6 +13,9 @@ Indices = NDArray[np.int64]
 Values = Array | float
 """A number or an array of them, where NumPy broadcasts."""
 
+AXES = ("east", "north", "up")
+"""Of places in the world."""
+
 Progress = Callable[[Iterable[int]], Iterable[int]]
 """Wraps a loop, to show how far it is."""
 

@@ -5,6 +5,18 @@ MAX_DENSITY_PER_M3 = 1e12
 MAX_GRID_POINTS = 512**3
 """Points of a volume: two float32 moments of each are 1 GiB."""
 
+MAX_COORDINATE_M = 1e7
+"""Eyes, lamps and boxes lie within this distance of the origin along each axis: every scene on
+Earth, and squares of lengths still fit in float32."""
+DEEPEST_AIR_M = -1e5
+"""Where there is air, nothing lies lower than this: the density there is 3e5 times that at sea
+level, and light gets no farther than some metres."""
+LEAST_EXTENT_M = 1e-3
+"""A box that is thinner along any axis is a mistake: it holds no drop."""
+LEAST_SHARE_OF_DISTANCE = 2e-5
+"""A shader knows the faces of a box to 6e-8 of their distance from the eye along an axis, and a way
+through it to four times that: through a box this share of the distance thick, to 1.2 %."""
+
 MIN_RADIUS_UM = 1.0
 MAX_RADIUS_UM = 5000.0
 """Drop radii accepted anywhere, µm; raindrops break up well before the upper end."""

@@ -155,7 +155,8 @@ def _divide(
     thin = (last - first) < 1e-6
     for j in range(count):
         if thin:
-            a, b = start, end
+            a = start + (end - start) * (j / count)
+            b = end if j + 1 == count else start + (end - start) * ((j + 1) / count)
             light = (b - a) / (side**2 + (a - foot) * (b - foot))
             middle = 0.5 * (a + b) - foot
         else:

@@ -12,6 +12,7 @@ from rtbow.base.compiled import compiled, prange
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER
 from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
 from rtbow.world.rain.volume_compiled import interpolate
+from rtbow.world.steps import UNSEEN_DEPTH
 
 LEAST_NODES = 3
 """Nodes for a piece of a ray whose drops are of one size."""
@@ -23,8 +24,6 @@ many under the sun, and 3e-4 under a point at infinity, at steps of 5 nm; at ste
 which fewer fringes average out, within 5e-3 and 5e-2."""
 _MOST_NODES = 96
 """Nodes for a piece at most."""
-_UNSEEN_DEPTH = 50.0
-"""Optical depth behind which nothing is seen: e⁻⁵⁰ is 2e-22."""
 
 
 class Rays(NamedTuple):
@@ -166,9 +165,9 @@ def cut_by_depth(origin: Array, ray: Array, cuts: Array, grid: Grid, thickest: f
         start = cuts[k]
         while start < cuts[k + 1]:
             # From a guess by the piece before, halved until it is thin.
-            end = min(cuts[k + 1], start + 2.0 * last) if depth < _UNSEEN_DEPTH else cuts[k + 1]
+            end = min(cuts[k + 1], start + 2.0 * last) if depth < UNSEEN_DEPTH else cuts[k + 1]
             part = optical_depth(origin, ray, start, end, grid)
-            while part > thickest and depth < _UNSEEN_DEPTH:
+            while part > thickest and depth < UNSEEN_DEPTH:
                 middle = 0.5 * (start + end)
                 if middle <= start or middle >= end:  # neighbours in float64
                     break

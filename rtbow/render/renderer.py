@@ -56,7 +56,8 @@ class Renderer:
 
     Attributes:
         method_used: what drew the last frame, where ``auto`` was asked for too.
-        unsuited: why ``auto`` left this scene to ``spectral``; empty where it did not.
+        unsuited: why ``auto`` left this scene to ``spectral`` or ``reference``; empty where it
+            did not.
 
     Example:
         >>> with rtbow.Renderer(rtbow.load_scene("uniform")) as renderer:
@@ -105,7 +106,8 @@ class Renderer:
 
         Args:
             method: ``fast``, ``spectral``, ``reference``, or ``auto``: ``fast`` wherever it keeps
-                the scene's ``render.max_delta_e``, else ``spectral``.
+                the scene's ``render.max_delta_e``, else ``spectral``, and ``reference`` for what no
+                shader can draw.
             progress: wraps the loop over the picture's rows, to show how far it is.
             building: wraps the loop over parts of an exact table that has to be built first.
 
@@ -124,8 +126,9 @@ class Renderer:
         with self._in_turn(), _memory_errors():
             self._check(method)
             if method == "reference":
-                self.method_used = method
                 frame = self._render_reference(progress, building)
+            elif method == "auto":
+                frame = self._render_somehow(progress, building)
             else:
                 frame = self._render_shader(method, progress, building)
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
@@ -145,9 +148,18 @@ class Renderer:
         """The columns of the picture that each part fills."""
         return [columns for _, columns in self.scene.parts()]
 
+    def _render_somehow(self, progress: Progress, building: Progress) -> NDArray[np.float32]:
+        """Render by a shader, or by the reference what no shader can draw."""
+        try:
+            return self._render_shader("auto", progress, building)
+        except UnsuitedError as error:
+            self.unsuited = str(error)
+        return self._render_reference(progress, building)
+
     def _render_reference(self, progress: Progress, building: Progress) -> NDArray[np.float32]:
         from rtbow.reference.render import render_reference
 
+        self.method_used = "reference"
         parts = [
             render_reference(world, progress, columns, building)
             for world, columns in zip(self._resolved(), self._columns, strict=True)
@@ -303,13 +315,15 @@ class Renderer:
         if method != "spectral":
             from rtbow.render.fast.method import FastMethod
 
+            frugal = method == "auto"
             try:
-                return [FastMethod(context, world, building) for world in worlds]
+                return [FastMethod(context, world, building, frugal=frugal) for world in worlds]
             except UnsuitedError as error:
                 if method == "fast":
                     raise
                 self.unsuited = str(error)
             context.collect()  # before another method takes as much memory again
+            worlds = [_sharp(world) for world in worlds]
         from rtbow.render.spectral.method import SpectralMethod
 
         return [SpectralMethod(context, world, building) for world in worlds]
@@ -375,3 +389,12 @@ def _memory_errors() -> Iterator[None]:
 
 def _move(method: Method, world: World) -> bool:
     return method.move(world)
+
+
+def _sharp(world: World) -> World:
+    """Give a world with a step of wavelengths that follows its fringes, itself if its own does."""
+    from rtbow.render.fineness import sharp_step_nm
+    from rtbow.world.world import with_step
+
+    step_nm = sharp_step_nm(world)
+    return world if step_nm == world.fineness.wavelength_step_nm else with_step(world, step_nm)

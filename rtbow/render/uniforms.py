@@ -18,7 +18,7 @@ from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.tables.airy import NEAR_Z_LOW
 from rtbow.world.lights import Sun
-from rtbow.world.steps import StepRates
+from rtbow.world.steps import UNSEEN_DEPTH, StepRates
 from rtbow.world.world import World
 
 MAX_STEPS = 1 << 20
@@ -59,6 +59,7 @@ def common_defines(world: World) -> dict[str, Define]:
         "GRID": not world.volume.uniform,
         "AIR": world.optics.has_air,
         "EXTINCTION": world.rain is not None,
+        "UNSEEN_DEPTH": UNSEEN_DEPTH,
         "POLARIZER": world.view.polarizer is not None,
         "PIXEL_AREA": world.view.area,
         "MOST_BEND": MOST_BEND,

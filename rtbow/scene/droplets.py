@@ -7,9 +7,10 @@ from typing import Annotated, Self
 from pydantic import Field, Strict, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails
 
-from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS
+from rtbow.base.arrays import AXES
+from rtbow.base.limits import LEAST_EXTENT_M, MAX_DENSITY_PER_M3, MAX_GRID_POINTS
 from rtbow.scene.radius import ConstantRadius, Radius, density_key
-from rtbow.scene.table import AXES, Point, Table, misplaced, missing, refused, shown_as
+from rtbow.scene.table import Point, Table, misplaced, missing, refused, shown_as
 
 Box = Annotated[tuple[Point, Point], Strict(False)]
 GridSize = Annotated[int, Field(ge=2, le=1024)]
@@ -131,6 +132,13 @@ class Droplets(Table):
             raise refused(
                 "the second corner must exceed the first on each axis: " + ", ".join(wrong)
             )
+        thin = [
+            f"it is {high - low:g} m thick along {axis}"
+            for axis, low, high in zip(AXES, *box, strict=True)
+            if high - low < LEAST_EXTENT_M
+        ]
+        if thin:
+            raise refused(f"{', '.join(thin)}; must be {LEAST_EXTENT_M:g} m at least on each axis")
         return box
 
     @property

@@ -6,10 +6,20 @@
 import math
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, Strict, ValidationInfo, field_validator
+from pydantic import (
+    Field,
+    PrivateAttr,
+    Strict,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails
 
 from rtbow.base.errors import InputError
 from rtbow.base.limits import (
+    DEEPEST_AIR_M,
     DEFAULT_DELTA_E,
     INDICES,
     LEAST_DELTA_E,
@@ -22,7 +32,7 @@ from rtbow.base.limits import (
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.medium import Medium
 from rtbow.scene.droplets import Droplets
-from rtbow.scene.lights import Light
+from rtbow.scene.lights import Light, PointLight
 from rtbow.scene.table import AltitudeDeg, Point, Table, refused, shown_as
 
 Pixels = Annotated[int, Field(ge=1, le=16384)]
@@ -288,6 +298,35 @@ class Scene(Table):
         if not isinstance(lights, list | tuple):
             return lights
         return [{"type": "sun", **x} if isinstance(x, dict) else x for x in lights]
+
+    @model_validator(mode="after")
+    def _air_reaches_down(self) -> Self:
+        """Refuse what lies far below the ground, where there is air."""
+        if self.atmosphere is None or not self.atmosphere.rayleigh:
+            return self
+        places: list[tuple[tuple[str | int, ...], Point]] = [
+            (("camera", "position_m"), self.camera.position_m)
+        ]
+        for number, light in enumerate(self.light):
+            if isinstance(light, PointLight):
+                places.append((("light", number, "position_m"), light.position_m))
+        if self.droplets.box_m is not None:
+            places.append((("droplets", "box_m"), self.droplets.box_m[0]))
+        problems = [
+            InitErrorDetails(
+                type=refused(
+                    f"{at[2]:g} m up; must be {DEEPEST_AIR_M:g} m at least where"
+                    " atmosphere.rayleigh = true: no light gets through the air below"
+                ),
+                loc=key,
+                input=list(at),
+            )
+            for key, at in places
+            if at[2] < DEEPEST_AIR_M
+        ]
+        if problems:
+            raise ValidationError.from_exception_data(type(self).__name__, problems)
+        return self
 
     _right: "Scene | None" = PrivateAttr(default=None)
     _source_text: str = PrivateAttr(default="")

@@ -10,11 +10,10 @@ from pydantic import BaseModel, ConfigDict, Field, Strict
 from pydantic.config import JsonDict
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-AXES = ("east", "north", "up")
+from rtbow.base.limits import MAX_COORDINATE_M
 
 # TOML has lists where the models have tuples, hence Strict(False).
-# 10,000 km holds every scene on Earth, and squares of lengths still fit in float32.
-Coordinate = Annotated[float, Field(ge=-1e7, le=1e7)]
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
 Point = Annotated[tuple[Coordinate, Coordinate, Coordinate], Strict(False)]
 AltitudeDeg = Annotated[float, Field(ge=-90, le=90)]
 

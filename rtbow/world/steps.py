@@ -39,6 +39,8 @@ this bounds what changes of density within it do."""
 MOST_RAIN_SAMPLES = 512.0
 """Most samples along the box's diagonal that the rain's depth asks for: light that has passed a
 depth of 20 is gone, wherever exactly."""
+UNSEEN_DEPTH = 50.0
+"""Optical depth of rain behind which nothing is seen: e⁻⁵⁰ is 2e-22."""
 _AIR_ERROR = 1e-4
 """Relative error that the midpoint rule may leave in the air's attenuation."""
 _HIGHEST_EDGE_M = 1e6

@@ -233,6 +233,17 @@ def moved(world: World, scene: Scene) -> World | None:
     return replace(world, view=view_of(scene.camera), optics=optics, _scene=scene)
 
 
+def with_step(world: World, step_nm: float) -> World:
+    """Give a world as its scene is with another step of wavelengths, nm.
+
+    Raises:
+        InputError: a spectrum or volume is not usable any more.
+    """
+    scene = world._scene
+    render = scene.render.model_copy(update={"wavelength_step_nm": step_nm})
+    return resolve(scene.model_copy(update={"render": render}))
+
+
 def _without_places(scene: Scene) -> dict[str, Any]:
     """Give all of a scene but where its camera and lights are, and what of the picture it fills."""
     values = scene.model_dump(exclude={"compare"})

@@ -20,6 +20,9 @@ Number rainToLamp(Volume volume, Direction ray, Length distance, int light, Lamp
 Tristimulus lamplight(Camera camera, Direction ray, vec2 span, Volume volume, int lampSteps,
                       ivec2 steps, Air air, Lamp lamp, int light, sampler2D spectral,
                       Theory theory) {
+#if EXTINCTION
+    span = seenSpan(volume, ray, span, lampSteps);
+#endif
     LampRay passing = lampRay(lamp.centre, ray, lamp.radius);
     LampSpan stretches = lampSpan(passing, span);
     bool pierced = stretches.pierced;
@@ -54,6 +57,8 @@ Tristimulus lamplight(Camera camera, Direction ray, vec2 span, Volume volume, in
             toEye += (far - reached) / float(LAMP_DEPTH_SAMPLES)
                 * dropletsAt(volume, between).extinction;
         }
+        // At the face exactly, since a rounding may be many optical depths.
+        Length start = i == 0 ? span.x : passing.foot + ends.x;
         reached = far;
         if (i < steps.x) continue;
 #endif
@@ -69,7 +74,7 @@ Tristimulus lamplight(Camera camera, Direction ray, vec2 span, Volume volume, in
 #endif
 #if EXTINCTION
         RainDepth rain = rainOver(
-            vec2(nearer, rainToLamp(volume, ray, passing.foot + ends.x, light, lamp)),
+            vec2(nearer, rainToLamp(volume, ray, start, light, lamp)),
             vec2(toEye, rainToLamp(volume, ray, far, light, lamp)));
         depth = leastDepth(rain);
         rise = depthRise(rain);

@@ -43,6 +43,19 @@ struct RainDepth {
     Number behind;         // and by its end
 };
 
+// The part of a ray's way through rain that is seen: beyond a depth of UNSEEN_DEPTH nothing is. Steps
+// that follow the angle at a lamp would be many optical depths long otherwise. No shorter than a part
+// of the distance that float32 still divides into steps; there rain and angle change evenly.
+Length leastSeen(vec2 span) {
+    return 6.0e-3 * span.x;
+}
+
+// The same of even rain.
+vec2 seenSpan(vec2 span, Number extinction) {
+    Length deep = max(UNSEEN_DEPTH / max(extinction, 1.0e-30), leastSeen(span));
+    return vec2(span.x, min(span.y, span.x + deep));
+}
+
 // Over a step between two places, from the depths to the eye (x) and to the light (y) of each.
 RainDepth rainOver(vec2 start, vec2 end) {
     return RainDepth(end.x, end.y, start.x + start.y, end.x + end.y);

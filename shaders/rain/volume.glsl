@@ -49,4 +49,26 @@ Number rainTowards(Volume volume, Direction ray, Length distance, int light, Dir
     return volume.extinction * path;
 #endif
 }
+
+// The part of a ray's way that is seen (seenSpan of even rain). `samples`: enough for the grid.
+vec2 seenSpan(Volume volume, Direction ray, vec2 span, int samples) {
+#if GRID
+    // Each round divides anew what the last one left.
+    for (int round = 0; round < SEEN_ROUNDS; ++round) {
+        int count = round == 0 ? samples : SEEN_SAMPLES;
+        Length step = (span.y - span.x) / float(count);
+        Number depth = 0.0;
+        int reached = 0;
+        for (; reached < count && depth < UNSEEN_DEPTH; ++reached) {
+            Position at = (span.x + (float(reached) + 0.5) * step) * ray;
+            depth += step * dropletsAt(volume, at).extinction;
+        }
+        if (reached == count) return span;
+        span.y = span.x + max(float(reached) * step, leastSeen(span));
+    }
+    return span;
+#else
+    return seenSpan(span, volume.extinction);
+#endif
+}
 #endif

@@ -169,7 +169,8 @@ def test_none_takes_the_comparison_out():
         (
             "light = [{ foo = 3 }]",
             "compare.right: unknown key light.0.foo; known here: type, altitude_deg, azimuth_deg, "
-            "spectrum, beyond, angular_diameter_deg, irradiance_w_m2",
+            "spectrum, beyond, angular_diameter_deg, irradiance_w_m2, time, latitude_deg, "
+            "longitude_deg, moon_phase_deg, moon_distance_km",
         ),
         (
             "camera.size_px = [20, 9]",
@@ -231,6 +232,9 @@ def test_a_wrong_table(text, line):
 
 def test_a_deeply_nested_key_is_refused_like_any_other():
     (line,) = problems(f"{SMALL}[compare.right]\n{'.'.join('a' * 3000)} = 1\n")
+    assert "more than 100 parts" in line
+    assert len(line) < 200
+    (line,) = problems(f"{SMALL}[compare.right]\n{'.'.join('a' * 90)} = 1\n")
     assert "unknown key a" in line
 
 

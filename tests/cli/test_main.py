@@ -32,15 +32,20 @@ def test_help_has_an_example_that_works(call, monkeypatch, names):
     assert result.err == ""
     assert result.out.startswith(f"Usage: {' '.join(('rtbow', *names))} ")
     assert call(*names, "-h") == result
-    example = re.search(r"Example: rtbow (.*?)\n\n", result.out, re.DOTALL)
-    assert example
-    args = example[1].split()
-    assert args[: len(names)] == list(names)
+    one = re.search(r"Example: rtbow (.*?)\n\n", result.out, re.DOTALL)
+    several = re.search(r"Examples:\n(.*?)\n\n", result.out, re.DOTALL)
+    examples = (
+        [one[1]] if one else re.findall(r"^ +rtbow (.*)", several[1], re.M) if several else []
+    )
+    assert examples
     # Up to the verb's own function, the example is read as it would be typed.
     for command in VERBS.values():
         if not isinstance(command, click.Group):
             monkeypatch.setattr(command, "callback", lambda **_: None)
-    assert call(*args).code == 0
+    for example in examples:
+        args = example.split()
+        assert args[: len(names)] == list(names)
+        assert call(*args).code == 0
 
 
 def test_no_verb_shows_the_help(call):

@@ -236,8 +236,8 @@ def test_few_ranges_serve_all_radii(radii):
 def test_wavelengths_and_temperatures_beyond_the_table_are_refused(monkeypatch):
     # Before any table is looked for, which might have to be built.
     monkeypatch.setattr("rtbow.tables.sections.mie_table", lambda *_: pytest.fail("too late"))
-    with pytest.raises(InputError, match=r"refractive index of 1\.416"):
-        water_sections("mie", np.array([205.0]), 20.0, (10.0, 10.0))
+    with pytest.raises(InputError, match=r"refractive index of 1\.334.* to 1\.416"):
+        water_sections("mie", np.array([205.0, 550.0]), 20.0, (10.0, 10.0))
 
 
 # --- Building

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 
 from markup import bullets, paragraph, table
 from rtbow.frames.difference import FrameDifference, Spread
@@ -175,9 +175,13 @@ def _numbers(row: Row) -> tuple[str, ...]:
     relative, l2 = row.relative, "–"
     if row.difference:
         relative, l2 = row.difference.relative, _share(row.difference.l2)
-        colour = tuple(map(_colour, astuple(row.difference.delta_e)))
-    shares = tuple(map(_share, astuple(relative))) if relative else ("–",) * 3
+        colour = tuple(map(_colour, _ends(row.difference.delta_e)))
+    shares = tuple(map(_share, _ends(relative))) if relative else ("–",) * 3
     return (*colour, *shares, l2)
+
+
+def _ends(spread: Spread) -> tuple[float, float, float]:
+    return spread.median, spread.p99, spread.worst
 
 
 def _colour(value: float) -> str:

@@ -12,6 +12,7 @@ the sun's disc has blurred them, at wider steps and linear between.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,7 +107,7 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
     return floats(np.linspace(ends[0], ends[1], min(count, most)))
 
 
-_MOST_PHASE = 800.0
+MOST_PHASE = 800.0
 """Phase of Airy's fringes up to which 1 nm, the step of the reference, follows them: from one
 wavelength to the next it changes by 1.5 rad."""
 _PHASE_STEP = 0.3
@@ -132,16 +133,38 @@ def fringe_step(
     Returns:
         The step, rad; 0 where no step does, since wavelengths 1 nm apart differ too much.
     """
-    nm = VISIBLE_NM[0]
-    finest = np.inf
-    for one in bows(orders, floats([nm * 1e-9]), floats([index or _VIOLET_INDEX])):
+    ends = _greatest_arguments(orders, radius_m, low, high, index)
+    if max(_phase(z) for z, _ in ends) > MOST_PHASE:
+        return 0.0
+    return min(_PHASE_STEP / (2.0 * math.sqrt(z) * scale) for z, scale in ends)
+
+
+def fringe_phase(
+    orders: tuple[int, ...], radius_m: float, low: float, high: float, index: float | None
+) -> float:
+    """Give the greatest phase of the fringes of drops at the violet end, rad.
+
+    It is inverse to the wavelength: neighbouring ones differ by the phase times their step over
+    them. Arguments are those of :func:`fringe_step`.
+    """
+    return max(_phase(z) for z, _ in _greatest_arguments(orders, radius_m, low, high, index))
+
+
+def _phase(z: float) -> float:
+    """Phase of Ai²(-z), whose fringes repeat with pi."""
+    return 4.0 / 3.0 * float(z**1.5)
+
+
+def _greatest_arguments(
+    orders: tuple[int, ...], radius_m: float, low: float, high: float, index: float | None
+) -> list[tuple[float, float]]:
+    """Give Airy's argument at the far end of each bow, 1 at least, and its slope per rad."""
+    ends = []
+    for one in bows(orders, floats([VISIBLE_NM[0] * 1e-9]), floats([index or _VIOLET_INDEX])):
         scale = float(one.scale[0]) * radius_m**SCALE_POWER
-        ends = one.side * (floats([low, high]) - one.angle_rad[0])
-        z = max(scale * float(ends.max()), 1.0)
-        if 4.0 / 3.0 * z**1.5 > _MOST_PHASE:
-            return 0.0
-        finest = min(finest, _PHASE_STEP / (2.0 * np.sqrt(z) * scale))
-    return float(finest)
+        reach = one.side * (floats([low, high]) - one.angle_rad[0])
+        ends.append((max(scale * float(reach.max()), 1.0), scale))
+    return ends
 
 
 _FAINT = 1e-6

@@ -30,7 +30,15 @@ from rtbow.render.edges import PixelPass
 from rtbow.render.fast.columns import lamp_column
 from rtbow.render.fast.light import LightPlan, most_texels, plan_light
 from rtbow.render.fast.nodes import Nodes, block_for
-from rtbow.render.fast.shared import Plan, bind_rain, check_loops, light_defines, set_scene
+from rtbow.render.fast.shared import (
+    Plan,
+    bind_rain,
+    check_cost,
+    check_depth,
+    check_loops,
+    light_defines,
+    set_scene,
+)
 from rtbow.render.uniforms import lamp_pixels_wide
 from rtbow.tables.layout import running_integral
 from rtbow.world.lights import NEAREST_M, Lamp
@@ -40,6 +48,18 @@ _FEW_STEPS = 1
 """Every pixel takes this many steps, whose error the nodes make good."""
 _MOST_AIR_STEPS = 16
 """Even drops in air take no more steps than this."""
+_MOST_DEPTH = 30.0
+"""Optical depth of rain across the box, at most (35: 0.5 in CIEDE2000 from a lamp outside; 350:
+3)."""
+_NEAR_SHARE = 6.0
+"""Drops nearer to a lamp than this part of its distance from the eye fill too little of a picture
+for their disc to count."""
+_FLAT_RAD = 0.35
+"""Largest disc of a lamp that its mean, as if it were flat and ended at the poles, follows where
+bows are wide (0.5 rad, drops of 5 µm: 6 in CIEDE2000; 0.24 rad: 0.2)."""
+_FLAT_FRINGES = 0.02
+"""For bows as narrow as this, of drops of 100 µm, it follows discs of 0.7 rad, and in between in
+inverse proportion."""
 _LEAST_TEXELS = 4.0
 """Differences of the running integral keep their digits in float32 over so many texels or more."""
 _DISC_ROWS = 64
@@ -122,16 +142,20 @@ def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False
         column = Column(0.0, 2.0 * column.high)
     fringe = world.narrowest_bow_rad
     _check_disc(plan, lamp, fringe)
+    check_depth(plan, _MOST_DEPTH)
     check_loops(plan, 2)
     chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels)
     light = plan_light(plan, lamp.spectrum, column, chord)
+    if not roaming:  # those serve many frames
+        check_cost(plan, light.evaluations)
     even = world.volume.uniform and world.rain is None
     block = 0 if even else block_for(world.view, settings.lamp_block)
     return LampPlan(plan, lamp, column, fringe, light, light.degree(column), block)
 
 
 def _check_disc(plan: Plan, lamp: Lamp, fringe_rad: float) -> None:
-    """Refuse a lamp whose disc, as the eye sees it, blurs fringes more than its nodes follow."""
+    """Refuse a lamp whose disc, as the eye sees it, blurs fringes more than its nodes follow, or
+    is too wide, as the drops see it, to be flat."""
     eye_m = plan.world.view.eye_m
     wide = lamp.radius_m / max(float(np.linalg.norm(lamp.position_m - eye_m)), 1e-3)
     if len(plan.radii.rows) > 1 and wide > _WIDE_DISC * plan.settings.share * fringe_rad:
@@ -139,6 +163,18 @@ def _check_disc(plan: Plan, lamp: Lamp, fringe_rad: float) -> None:
             f"light.diameter_m = {2.0 * lamp.radius_m:g}: method fast does not follow fringes"
             " of drops of several radii under so large a lamp; use --method spectral, a smaller"
             " diameter, or a larger render.max_delta_e"
+        )
+    away = float(np.linalg.norm(np.maximum(
+        np.maximum(plan.box_m[0] - lamp.position_m, lamp.position_m - plan.box_m[1]), 0.0
+    )))  # fmt: skip
+    away = max(away, float(np.linalg.norm(lamp.position_m - eye_m)) / _NEAR_SHARE)
+    disc = math.asin(min(lamp.radius_m / max(away, 1e-3), 1.0))
+    flat = _FLAT_RAD * min(max(_FLAT_FRINGES / fringe_rad, 1.0), 2.0)
+    if disc > flat:
+        raise UnsuitedError(
+            f"light.diameter_m = {2.0 * lamp.radius_m:g}: drops see a disc of"
+            f" {math.degrees(2.0 * disc):.0f} degrees, of which method fast follows"
+            f" {math.degrees(2.0 * flat):.0f}; use --method spectral or a smaller diameter"
         )
 
 

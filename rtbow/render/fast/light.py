@@ -52,6 +52,16 @@ class LightPlan:
             self._degrees[column] = column_degree(self.basis, column, self.tolerance)
         return self._degrees[column]
 
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of a bow that its tables take on the device; 0 where they are summed from
+        exact tables, which ``spectral`` needs as well."""
+        if not self.drops.on_device:
+            return 0
+        components = 2 if self.components else 1
+        nodes = len(self.basis.wavelength_nm) * len(self.chord)
+        return components * nodes * len(self.drops.radius_m)
+
     def bake(self, gl: GlContext, building: Progress) -> BakedLight:
         """Sum what the drops send back over the wavelengths of the light.
 

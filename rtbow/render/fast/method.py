@@ -6,7 +6,8 @@ from typing import Literal
 
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.gl.context import GlContext
-from rtbow.gl.program import FrameTarget, check_sizes, texture_bytes, volume_texture
+from rtbow.gl.program import FrameTarget, texture_bytes, volume_texture
+from rtbow.render.checks import check_world
 from rtbow.render.fast.lamp import FastLamp
 from rtbow.render.fast.shared import Plan, plan_world
 from rtbow.render.fast.sun import FastSun
@@ -20,6 +21,7 @@ class FastMethod:
         gl: the context; it must be current here and in every method.
         world: what to draw; the error that it allows sets how coarse the method may be.
         building: wraps the loop over parts of an exact table that has to be built first.
+        frugal: refuse tables that take far longer than the frame by ``spectral``.
 
     Raises:
         UnavailableError: the picture or volume is beyond what this GL device takes.
@@ -28,10 +30,12 @@ class FastMethod:
 
     name: Literal["fast"] = "fast"
 
-    def __init__(self, gl: GlContext, world: World, building: Progress = no_progress) -> None:
-        check_sizes(gl, world.view.size_px, world.volume.shape)
+    def __init__(
+        self, gl: GlContext, world: World, building: Progress = no_progress, *, frugal: bool = False
+    ) -> None:
+        check_world(gl, world)
         self._gl, self._seen = gl, world
-        self.plan = plan_world(world)
+        self.plan = plan_world(world, frugal=frugal)
         self._drops = None if world.volume.uniform else volume_texture(gl, world.moments())
         self._target: FrameTarget | None = None
         self._roaming = False
@@ -52,7 +56,7 @@ class FastMethod:
         """
         if not world.differs_in_places_alone(self.plan.world):
             return False
-        check_sizes(self._gl, world.view.size_px, world.volume.shape)
+        check_world(self._gl, world)
         plan = self.plan.moved(world)
         same = world.optics is self._seen.optics and world.view.shows_no_more_than(self._seen.view)
         roaming = self._roaming or not same

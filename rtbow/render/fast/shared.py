@@ -41,6 +41,10 @@ from rtbow.world.steps import (
 )
 from rtbow.world.world import World
 
+_MOST_FRAMES = 10
+"""A frugal plan makes tables where they cost no more than so many frames by ``spectral``."""
+_FEW_EVALUATIONS = 50_000_000
+"""Tables of no more evaluations are made in any case: a few seconds on a CPU."""
 _LEFT_OUT = 2e-5
 """At each end of the radii, drops with this share of the light count at the last row's radius."""
 DARK = 1e4
@@ -93,6 +97,7 @@ class Plan:
         radii: of the tables.
         grid_cells: samples per metre along each axis that the grid alone asks for (3,).
         rates: samples per metre of ray.
+        frugal: whether tables are refused that take far longer than the frame by ``spectral``.
     """
 
     world: World
@@ -101,6 +106,7 @@ class Plan:
     radii: RadiusRows
     grid_cells: Array
     rates: StepRates
+    frugal: bool = False
 
     def moved(self, world: World) -> Plan:
         """Give the plan for a world that differs in where camera and lights are."""
@@ -135,14 +141,19 @@ class Plan:
         return uniforms
 
 
-def plan_world(world: World) -> Plan:
-    """Decide what follows from a world's volume and the error that it allows."""
+def plan_world(world: World, *, frugal: bool = False) -> Plan:
+    """Decide what follows from a world's volume and the error that it allows.
+
+    Args:
+        world: the world.
+        frugal: refuse tables that take far longer than the frame by ``spectral``.
+    """
     volume = world.volume
     settings = settings_for(world.fineness.max_delta_e, kind_of(volume))
     cells = grid_cells(volume, settings.samples_per_cell, settings.samples_per_log_radius)
     return Plan(
         world, settings, filled_box(volume), radius_rows(volume, settings), cells,
-        _rates(world, cells),
+        _rates(world, cells), frugal,
     )  # fmt: skip
 
 
@@ -229,4 +240,48 @@ def check_loops(plan: Plan, per_step: int, pieces: int = 1) -> None:
         raise UnsuitedError(
             f"{steps} steps along a ray are more than a shader's loops hold in one pass; use a"
             " smaller render.steps, a coarser volume, or --method spectral, which takes several"
+        )
+
+
+def check_depth(plan: Plan, most: float) -> None:
+    """Check that steps through rain that attenuates are not too many optical depths long.
+
+    Args:
+        plan: the world's.
+        most: depth along the box's diagonal, of its densest rain, that the default error allows.
+
+    Raises:
+        UnsuitedError: they are.
+    """
+    extent = plan.world.volume.box_m[1] - plan.world.volume.box_m[0]
+    depth = plan.world.rain_per_m * float(np.linalg.norm(extent))
+    if depth > most * plan.settings.share:
+        raise UnsuitedError(
+            f"droplets.extinction: rain of an optical depth up to {depth:.3g} across its box,"
+            f" of which method fast follows {most * plan.settings.share:g} under these lights; use"
+            " --method spectral, fewer drops, or a larger render.max_delta_e"
+        )
+
+
+def check_cost(plan: Plan, evaluations: int) -> None:
+    """Check, where the plan is frugal, that a light's tables do not cost far more than the frame.
+
+    Both are counts of a bow at one angle, radius and wavelength, of which a device makes about as
+    many a second in either shader.
+
+    Args:
+        plan: the world's.
+        evaluations: that the light's tables take.
+
+    Raises:
+        UnsuitedError: they do.
+    """
+    world = plan.world
+    width, height = world.view.size_px
+    steps = world.fineness.steps or most_steps(plan.rates, world.volume)
+    frame = width * height * steps * len(world.optics.wavelength_nm)
+    if plan.frugal and evaluations > max(_MOST_FRAMES * frame, _FEW_EVALUATIONS):
+        raise UnsuitedError(
+            f"colours of {len(plan.radii.fine)} radii take more than {_MOST_FRAMES} such frames by"
+            " method spectral; use --method fast for many frames of them"
         )

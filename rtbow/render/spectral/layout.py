@@ -22,6 +22,10 @@ from rtbow.world.world import World
 LAMP_DEPTH_SAMPLES = 4
 """The rain's extinction is sampled so often within a step at a lamp, which may be long in
 distance."""
+SEEN_ROUNDS = 8
+SEEN_SAMPLES = 64
+"""What is seen of a ray through dense rain is found in rounds, by so many samples of the rain in
+each but the first, which takes as many as there are steps."""
 _MAX_SECTIONS = 128
 """A pixel keeps no more cross-sections than this in an array, over wavelengths and suns. Mesa's CPU
 driver takes 0.4 s to compile an array of 81 and minutes for one of 401."""
@@ -41,6 +45,8 @@ def shader_defines(world: World) -> dict[str, Define]:
         "NEAREST_M": NEAREST_M,
         "LEAST_STEPS": LEAST_RAIN_SAMPLES if rain else 1,
         "LAMP_DEPTH_SAMPLES": LAMP_DEPTH_SAMPLES,
+        "SEEN_ROUNDS": SEEN_ROUNDS,
+        "SEEN_SAMPLES": SEEN_SAMPLES,
         "WAVELENGTH_COUNT": len(optics.wavelength_nm),
         **({} if table else bow_defines(optics.bows)),
         "FIRST_LIGHT_ROW": first_light,

@@ -9,21 +9,23 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from rtbow.base.arrays import Float32, Progress, no_progress
-from rtbow.base.errors import InputError, UnavailableError
+from rtbow.base.errors import UnavailableError, UnsuitedError
 from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import (
     FrameTarget,
     GlProgram,
     added_up,
-    check_sizes,
     row_texture,
     texture_bytes,
 )
 from rtbow.physics.air import rayleigh
+from rtbow.render.checks import check_world
 from rtbow.render.spectral.layout import (
     LAMP_DEPTH_SAMPLES,
     LAMP_POINTS,
+    SEEN_ROUNDS,
+    SEEN_SAMPLES,
     bow_edges,
     pieces,
     pixel_disc,
@@ -53,6 +55,10 @@ _LOOP_BUDGET = 45_000
 up. The rest of what a driver takes is left to the sums of the rain's depth, which each pass begins
 anew."""
 
+_MOST_PASSES = 5_000
+"""Passes over the picture that a march may take; past some thousands the depths that each sums
+anew cost more than all else."""
+
 _TILE_SECONDS = 0.15
 """A strip of rows is to take this long."""
 _TILE_ROWS = 4
@@ -69,7 +75,8 @@ class SpectralMethod:
         building: wraps the loop over parts of an exact table that has to be built first.
 
     Raises:
-        InputError: a spectrum or volume is not usable, or beyond what a shader's loops hold.
+        InputError: a spectrum or volume is not usable.
+        UnsuitedError: the world is beyond what a shader's loops or float32 hold.
         UnavailableError: the world is beyond what this GL device takes.
     """
 
@@ -87,9 +94,9 @@ class SpectralMethod:
 
     def _check_limits(self) -> None:
         world, optics = self._world, self._world.optics
-        check_sizes(self._gl, world.view.size_px, world.volume.shape)
+        check_world(self._gl, world)
         if self._loops_per_step(optics) > _LOOP_BUDGET:
-            raise InputError(
+            raise UnsuitedError(
                 f"{len(optics.lights)} lights at {len(optics.wavelength_nm)} wavelengths are"
                 " more than a shader's loops hold; use fewer lights, a larger"
                 " render.wavelength_step_nm, or --method reference"
@@ -111,14 +118,19 @@ class SpectralMethod:
             lamp *= LAMP_POINTS
         return 4 + len(optics.suns) * sun + len(optics.lamps) * lamp
 
-    def _check_depth_loops(self, optics: Optics) -> None:
-        """Refuse marches in several passes each of which would sum depths for too long."""
-        # Every pass sums the rain's depth from the start of the ray: once for all suns, and with
-        # several samples a step for each lamp.
+    def _fit_depth_loops(self, optics: Optics) -> None:
+        """Shorten passes so far that their loops have room for the depths that each sums anew.
+
+        Every pass sums the rain's depth from the start of the ray: once for all suns, and with
+        several samples a step for each lamp, after it has found what is seen of the ray.
+        """
         suns = 1 if optics.suns else 0
-        prefix = self._steps * (suns + len(optics.lamps) * (1 + LAMP_DEPTH_SAMPLES))
-        if prefix > MOST_LOOPS - _LOOP_BUDGET:
-            raise InputError(
+        each = self._steps * (2 + LAMP_DEPTH_SAMPLES) + SEEN_ROUNDS * SEEN_SAMPLES
+        prefix = self._steps * suns + len(optics.lamps) * each
+        left = min(_LOOP_BUDGET, MOST_LOOPS - prefix)
+        self._steps_per_pass = left // self._loops_per_step(optics)
+        if self._steps_per_pass < max(1, self._steps // _MOST_PASSES):
+            raise UnsuitedError(
                 f"{self._steps} steps along a ray through rain that attenuates, for"
                 f" {len(optics.lights)} lights, are more than a shader's loops hold; use a"
                 " smaller render.steps, a coarser volume, fewer lamps, a larger"
@@ -238,7 +250,7 @@ class SpectralMethod:
             self._steps = max(self._steps, count + count % 2)
             self._program.set("lampSteps", count)
         if world.rain is not None and self._steps > self._steps_per_pass:
-            self._check_depth_loops(optics)
+            self._fit_depth_loops(optics)
         for k, lamp in enumerate(optics.lamps):
             self._program.set(f"lamps[{k}].centre", tuple(lamp.position_m - world.view.eye_m))
             self._program.set(f"lamps[{k}].radius", lamp.radius_m)

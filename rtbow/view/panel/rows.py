@@ -15,7 +15,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from rtbow.scene.table import AXES
+from rtbow.base.arrays import AXES
 from rtbow.scene.text.schema import Node
 
 Kind = Literal[

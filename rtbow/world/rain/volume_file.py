@@ -12,17 +12,20 @@ from numpy.typing import NDArray
 from rtbow.base.arrays import Array
 from rtbow.base.errors import CHECK_PATH, InputError, UnavailableError, cut, notice, shown_path
 from rtbow.base.files import open_regular
-from rtbow.base.limits import MAX_DENSITY_PER_M3, MAX_GRID_POINTS, MAX_RADIUS_UM, MIN_RADIUS_UM
+from rtbow.base.limits import (
+    LEAST_EXTENT_M,
+    MAX_COORDINATE_M,
+    MAX_DENSITY_PER_M3,
+    MAX_GRID_POINTS,
+    MAX_RADIUS_UM,
+    MIN_RADIUS_UM,
+)
 from rtbow.world.rain.npz import Header, Npz
 
 Field = NDArray[np.float32]
 
 MAX_GRID = 1024
 """Most grid points along an axis."""
-_MAX_COORDINATE_M = 1e7
-"""A box lies within this distance of the origin along each axis, as in a scene's ``box_m``."""
-_LEAST_EXTENT_M = 1e-3
-"""A thinner box is a mistake: it holds no drop."""
 _TRACE = 1e-6
 """Densities up to this share of the largest are what interpolation and packing leave behind."""
 
@@ -124,14 +127,12 @@ def _check_shapes(headers: dict[str, Header]) -> None:
 
 def _checked_box(box: Array) -> Array:
     # NaN fails each comparison.
-    inside = np.all(np.abs(box) <= _MAX_COORDINATE_M)
-    # Shaders see it in float32.
-    low, high = box.astype(np.float32) if inside else box
-    if not inside or not np.all(high > low) or not np.all(box[1] - box[0] >= _LEAST_EXTENT_M):
+    inside = np.all(np.abs(box) <= MAX_COORDINATE_M)
+    if not inside or not np.all(box[1] - box[0] >= LEAST_EXTENT_M):
         corners = ", ".join(f"[{', '.join(f'{value:g}' for value in corner)}]" for corner in box)
         raise InputError(
-            f"box_m = [{corners}]; must be two finite corners within ±{_MAX_COORDINATE_M:g} m, the"
-            f" second greater along east, north and up, by {_LEAST_EXTENT_M:g} m at least"
+            f"box_m = [{corners}]; must be two finite corners within ±{MAX_COORDINATE_M:g} m, the"
+            f" second greater along east, north and up, by {LEAST_EXTENT_M:g} m at least"
         )
     return box
 

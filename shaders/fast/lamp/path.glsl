@@ -148,6 +148,9 @@ Tristimulus marchLamp(Direction ray, vec2 span, int steps, LampScene scene, Volu
 #else
 Tristimulus marchLamp(Direction ray, vec2 span, int steps, LampScene scene, Volume volume,
                       Columns air, RadiusRows rows, Number perpendicular) {
+#if EXTINCTION && !GRID
+    span = seenSpan(span, volume.extinction);
+#endif
     LampRay passing = lampRay(scene.lamp.centre, ray, scene.lamp.radius);
     LampSpan stretches = lampSpan(passing, span);
     int halfway = stretches.pierced ? (steps + 1) / 2 : steps;

@@ -1,0 +1,43 @@
+"""What no shader draws: frames and volumes beyond the device, boxes beyond float32."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtbow.base.arrays import AXES
+from rtbow.base.errors import UnsuitedError
+from rtbow.base.limits import LEAST_SHARE_OF_DISTANCE
+from rtbow.gl.context import GlContext
+from rtbow.gl.program import check_sizes
+from rtbow.world.world import World
+
+
+def check_world(gl: GlContext, world: World) -> None:
+    """Check that a device and float32 hold a world.
+
+    Raises:
+        UnavailableError: too many pixels or grid points a side.
+        UnsuitedError: the box is too thin for its distance.
+    """
+    check_sizes(gl, world.view.size_px, world.volume.shape)
+    check_box(world)
+
+
+def check_box(world: World) -> None:
+    """Check that float32 tells the faces of the drops' box apart, from the eye.
+
+    Raises:
+        UnsuitedError: it does not.
+    """
+    box, eye = world.volume.box_m, world.view.eye_m
+    extent, distance = box[1] - box[0], np.abs(box - eye).max(axis=0)
+    least = LEAST_SHARE_OF_DISTANCE * distance
+    if np.all(extent >= least):
+        return
+    axis = int(np.argmin(extent / least))
+    raise UnsuitedError(
+        f"droplets.box_m is {extent[axis]:g} m thick along {AXES[axis]}, where it reaches"
+        f" {distance[axis]:g} m from camera.position_m: too thin for a shader's numbers; must be"
+        f" {least[axis]:g} m thick there, or no farther than"
+        f" {extent[axis] / LEAST_SHARE_OF_DISTANCE:g} m; or use --method reference"
+    )
