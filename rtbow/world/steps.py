@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +27,9 @@ SAMPLES_PER_UNEVENNESS = 8.0
 """Samples per cell where every other grid point is empty, and in proportion where less uneven: a
 smooth volume has too little unevenness for this to count."""
 LEAST_SAMPLES = 6.0
-"""Least samples across a grid: where there are few cells their errors do not average out."""
+"""Least samples across a grid: where there are few cells their errors do not average out. As many
+as within a cell come on top for the range of the radius's logarithm: 3 x 3 x 3 points of 9 to
+1141 µm err by 0.3 in CIEDE2000 (by the mean change between neighbours alone: 1.3)."""
 RAIN_SAMPLES = 48.0
 """Least samples across a box whose rain attenuates."""
 LEAST_RAIN_SAMPLES = 48
@@ -120,7 +123,11 @@ def grid_cells(
     samples = per_cell + (per_log_radius * roughness(volume) if per_log_radius else 0.0)
     uneven = floats(np.maximum(samples, SAMPLES_PER_UNEVENNESS * _unevenness(volume)))
     cells = uneven * (points - 1) / extent
-    return cells if volume.uniform else floats(np.maximum(cells, LEAST_SAMPLES / extent))
+    if volume.uniform:
+        return floats(cells)
+    smallest, largest = volume.radius_range_um
+    least = LEAST_SAMPLES + per_log_radius * math.log(largest / smallest)
+    return floats(np.maximum(cells, least / extent))
 
 
 def rates_on_grid(

@@ -115,6 +115,11 @@ class World:
         """Greatest extinction by the rain, 1/m; 0 where it does not attenuate."""
         return self.rain.greatest if self.rain is not None else 0.0
 
+    @property
+    def rain_depth(self) -> float:
+        """Greatest optical depth of the rain across its box."""
+        return self.rain_per_m * float(np.linalg.norm(np.diff(self.volume.box_m, axis=0)))
+
     def shades(self, sun: Sun) -> bool:
         """Whether the Earth keeps a sun from some of the drops' box.
 

@@ -675,7 +675,8 @@ def test_a_bow_of_many_radii_at_full_size_stays_fast():
         "grid": [16, 16, 16],
         "radius": {"distribution": "uniform", "min_um": 300.0, "max_um": 700.0},
     }
-    with Renderer(make({}, [sun()], droplets, {"render": {}}), backend="egl") as renderer:
+    scene = make({"size_px": [160, 90]}, [sun()], droplets, {"render": {}})
+    with Renderer(scene, backend="egl") as renderer:
         renderer.render()
         assert renderer.method_used == "fast"
 

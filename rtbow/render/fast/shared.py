@@ -253,8 +253,7 @@ def check_depth(plan: Plan, most: float) -> None:
     Raises:
         UnsuitedError: they are.
     """
-    extent = plan.world.volume.box_m[1] - plan.world.volume.box_m[0]
-    depth = plan.world.rain_per_m * float(np.linalg.norm(extent))
+    depth = plan.world.rain_depth
     if depth > most * plan.settings.share:
         raise UnsuitedError(
             f"droplets.extinction: rain of an optical depth up to {depth:.3g} across its box,"
