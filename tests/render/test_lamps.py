@@ -25,7 +25,7 @@ from rtbow.tables.airy import (
 )
 from rtbow.world.lights import lamps
 from rtbow.world.world import resolve
-from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, stationary_ray
+from textbook import LUMINANCE, RGB_TO_XYZ, cross_section, panels, stationary_ray
 
 pytestmark = pytest.mark.slow
 
@@ -235,14 +235,6 @@ by_ray = pytest.mark.parametrize("ray", RAYS.values(), ids=RAYS.keys())
 
 def index_of(nm):
     return float(relative_index(np.array([nm]), 20.0)[0])
-
-
-def panels(low, high, count):
-    """Gauss-Legendre nodes and weights on equal panels."""
-    nodes, gauss = np.polynomial.legendre.leggauss(8)
-    edges = np.linspace(low, high, count + 1)
-    half = 0.5 * np.diff(edges)[:, None]
-    return (edges[:-1, None] + half * (1.0 + nodes)).ravel(), (half * gauss).ravel()
 
 
 @by_ray

@@ -1,9 +1,10 @@
-"""Every shape that the defines can give the shader compiles."""
+"""Shapes that the defines can give the shader compile."""
 
-from itertools import combinations, product
+from itertools import product
 
 import pytest
 
+from coverings import pairwise
 from lamp_samples import make
 from rtbow.gl.context import open_context
 from rtbow.gl.glsl import compile_program
@@ -46,26 +47,14 @@ def reachable(shape):
     return True
 
 
-def pairwise():
-    """Few shapes in which any two values of any two defines meet, reachable or not."""
-    parts = {
-        tuple(sorted(shape.items())): set(combinations(sorted(shape.items()), 2))
-        for shape in shapes()
-    }
-    missing = set().union(*parts.values())
-    while missing:
-        shape = max(parts, key=lambda key: len(parts[key] & missing))
-        missing -= parts[shape]
-        yield dict(shape)
-
-
-def test_every_shape_of_the_shader_compiles():
+def test_shapes_of_the_shader_compile():
+    """Any two values of any two defines meet in one, once among shapes that scenes make."""
     scene = make()
     defines = shader_defines(resolve(scene))
     assert defines.keys() | {"TABLE"} >= VALUES.keys()  # which chooses the main
-    wanted = [s for s in shapes() if reachable(s) and (s["SUN_COUNT"], s["LAMP_COUNT"]) in LIGHTS]
-    wanted += pairwise()
-    assert len(wanted) > 280
+    made = [s for s in shapes() if reachable(s) and (s["SUN_COUNT"], s["LAMP_COUNT"]) in LIGHTS]
+    wanted = [*pairwise(made), *pairwise(shapes())]
+    assert len(wanted) > 20
     context = open_context("osmesa")
     with context.current() as ctx:
         for number, shape in enumerate(wanted):
