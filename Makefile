@@ -2,6 +2,8 @@
 # everything. Both install what is missing first; PYTHON=/path/to/python3 chooses the interpreter.
 
 PYTHON ?=
+# A process of tests for each core, of which few need more than one; files stay whole.
+PARALLEL := -n auto --maxprocesses 4 --dist loadfile
 VENV_PYTHON := .venv/bin/python
 
 .PHONY: demo test quick lint format clean
@@ -14,11 +16,11 @@ demo:
 	@echo "Its radiance: $(CURDIR)/out/default.exr"
 
 test: lint
-	$(VENV_PYTHON) -m pytest
+	$(VENV_PYTHON) -m pytest $(PARALLEL)
 
 # The inner loop: all but the tests that take seconds.
 quick: lint
-	$(VENV_PYTHON) -m pytest -m "not slow"
+	$(VENV_PYTHON) -m pytest -m "not slow" $(PARALLEL)
 
 lint:
 	@PYTHON="$(PYTHON)" tools/setup.sh test
