@@ -41,7 +41,7 @@ def share(density, power, low, high):
         (Normal(20.0, 100.0), lambda r: np.exp(-0.5 * ((r - 20.0) / 100.0) ** 2)),
         (Normal(4500.0, 400.0), lambda r: np.exp(-0.5 * ((r - 4500.0) / 400.0) ** 2)),
     ],
-    ids=str,
+    ids=lambda one: "density" if callable(one) else str(one),
 )
 def test_shares_of_moments(formula, density, power):
     expected = share(density, power, 1.0, 5000.0)
