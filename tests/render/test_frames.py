@@ -319,7 +319,9 @@ def test_two_suns_add(backend):
     lights = [sun(), sun(altitude_deg=35.0, azimuth_deg=160.0, spectrum="FL2")]
 
     def frame(*suns):
-        return render(make({"size_px": [24, 14]}, list(suns), atmosphere={"rayleigh": True}), backend)
+        return render(
+            make({"size_px": [24, 14]}, list(suns), atmosphere={"rayleigh": True}), backend
+        )
 
     both, alone = frame(*lights), [frame(one) for one in lights]
     np.testing.assert_allclose(both, alone[0] + alone[1], rtol=0.0, atol=5e-6 * both.max())
