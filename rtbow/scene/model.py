@@ -83,7 +83,8 @@ class Camera(Table):
     pixel: Literal["centre", "area"] = Field(
         "centre",
         description="what a pixel shows: centre for the light along the ray through its centre, "
-        "area for the mean over its solid angle, as a camera's does",
+        "area for the mean over its solid angle, as a camera's does, and as the window does where "
+        "this is left out",
         json_schema_extra=shown_as(
             "",
             "Fringes finer than the pixels make false rings (moiré) at their centres; the mean "
@@ -309,7 +310,7 @@ class Scene(Table):
         ]
         for number, light in enumerate(self.light):
             if isinstance(light, PointLight):
-                places.append((("light", number, "position_m"), light.position_m))
+                places.append((("light", number, light.type, "position_m"), light.position_m))
         if self.droplets.box_m is not None:
             places.append((("droplets", "box_m"), self.droplets.box_m[0]))
         problems = [

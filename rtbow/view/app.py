@@ -245,7 +245,10 @@ class Viewer:
         """The scene at the size of its place in the window, or a part of it."""
         width, height = self.stage.view_rect()[2:]
         size = max(round(scale * width), 1), max(round(scale * height), 1)
-        return _resized(self.edits.scene, size)
+        scene = _resized(self.edits.scene, size)
+        # Of pixels' centres, small frames of fine fringes show false rings. The reference takes
+        # many rays for the mean over a pixel: too long to wait for.
+        return scene if self.state.method == "reference" else _with_means(scene)
 
     def _ask(self, now: float) -> None:
         size = self.stage.view_rect()[2:]
@@ -442,6 +445,16 @@ class Viewer:
         """Give a name in the current folder, without its ending, that no file has."""
         stem = Path(self.edits.opened.name or DEFAULT_SCENE).stem
         return free_name(stem, suffixes, taken=self.jobs.saving)
+
+
+def _with_means(scene: Scene) -> Scene:
+    """Take pixels as areas, unless the scene says how it takes them."""
+    if "pixel" in scene.camera.model_fields_set or scene.camera.pixel == "area":
+        return scene
+    if scene.compare is not None:
+        return changed_scene(scene, {"camera.pixel": "area"})
+    camera = scene.camera.model_copy(update={"pixel": "area"})
+    return scene.model_copy(update={"camera": camera})
 
 
 def _resized(scene: Scene, size_px: tuple[int, int]) -> Scene:

@@ -126,7 +126,9 @@ def grid_cells(
     if volume.uniform:
         return floats(cells)
     smallest, largest = volume.radius_range_um
-    least = LEAST_SAMPLES + per_log_radius * math.log(largest / smallest)
+    least = LEAST_SAMPLES  # of no drops, too
+    if smallest > 0.0:
+        least += per_log_radius * math.log(largest / smallest)
     return floats(np.maximum(cells, least / extent))
 
 

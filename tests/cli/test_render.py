@@ -138,7 +138,7 @@ def test_text_in_set_with_and_without_quotes(call, quoted):
         "camera.position_m=[0, 0, -100]",
         "camera.position_m=[0, 600, 500]",
         "camera.position_m=[0, 0, 9e6]",
-        "droplets.box_m=[[-1e7, -1e7, -1e7], [1e7, 1e7, 1e7]]",
+        "droplets.box_m=[[-1e7, -1e7, -1e5], [1e7, 1e7, 1e7]]",
         "droplets.density.number_per_m3=0",
         "light.0.angular_diameter_deg=0",
         "light.0.altitude_deg=-90",

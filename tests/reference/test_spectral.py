@@ -32,7 +32,7 @@ FILTERED = {"position_m": list(EYE), "azimuth_deg": 10.0, "polarizer_deg": 30.0}
 
 @pytest.mark.parametrize("theory", ["airy", pytest.param("mie", marks=pytest.mark.slow)])
 def test_spectral_radiance_sums_to_the_radiance(theory):
-    pixel = Pixel(radius_um=20.0)
+    pixel = Pixel(radius_um=20.0 if theory == "airy" else 4.0)
     scene = pixel.scene(
         light=[*pixel.scene().model_dump()["light"], LAMP],
         camera=FILTERED,

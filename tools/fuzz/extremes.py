@@ -145,12 +145,12 @@ def _box(rng: Rng) -> list[list[float]]:
     extent = 10.0 ** rng.uniform(-2.0, 4.0, 3)
     kind = rng.random()
     if kind < 0.1:
-        extent[rng.integers(3)] = 10.0 ** rng.uniform(-300.0, -3.0)
+        extent[rng.integers(3)] = 10.0 ** rng.uniform(-2.99, -1.0)
     elif kind < 0.2:
         extent = np.full(3, 9e6)
         centre = np.zeros(3)
     elif kind < 0.3:
-        centre = rng.choice([-1.0, 1.0], 3) * 9.9e6
+        centre = rng.choice([-1.0, 1.0], 3) * (9.9e6, 9.9e6, 9e4)  # air ends 100 km down
         extent = 10.0 ** rng.uniform(-1.0, 5.0, 3)
     low = np.clip(centre - 0.5 * extent, -1e7, 9.999999e6)
     high = np.clip(np.maximum(low + extent, np.nextafter(low, np.inf)), -1e7, 1e7)

@@ -1,10 +1,11 @@
 """Shapes that the defines can give the shader compile."""
 
-from itertools import product
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import combinations, product
+from typing import Any
 
 import pytest
 
-from coverings import pairwise
 from lamp_samples import make
 from rtbow.gl.context import open_context
 from rtbow.gl.glsl import compile_program
@@ -45,6 +46,23 @@ def reachable(shape):
     if shape["SUN_COUNT"] == 0:
         return shape["WIDE"] and not shape["POLE"]
     return True
+
+
+def pairwise(shapes: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Choose few shapes in which any two values meet that meet in some shape.
+
+    Args:
+        shapes: values of the same switches.
+    """
+    parts = {
+        tuple(shape.items()): set(combinations(sorted(shape.items(), key=str), 2))
+        for shape in shapes
+    }
+    missing = set().union(*parts.values())
+    while missing:
+        chosen = max(parts, key=lambda shape: len(parts[shape] & missing))
+        missing -= parts[chosen]
+        yield dict(chosen)
 
 
 def test_shapes_of_the_shader_compile():
