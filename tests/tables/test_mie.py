@@ -30,7 +30,7 @@ pytestmark = pytest.mark.slow
 STANDARD = standard_axes(0.02)
 SMALL = MieAxes(0.1, 1.0, 2, INDEX_RANGE, 2.0, 2.0, 2.0, 8.0)
 """A table of few nodes, built in a moment."""
-SMALL_RADII = (60.0, 90.0)
+SMALL_RADII = (30.0, 45.0)
 
 
 # --- Axes
