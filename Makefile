@@ -2,7 +2,7 @@
 # everything. Both install what is missing first; PYTHON=/path/to/python3 chooses the interpreter.
 
 PYTHON ?=
-# A process of tests for each core, of which few need more than one; files stay whole.
+# A process of tests for each core, four at most; a file's tests stay together.
 PARALLEL := -n auto --maxprocesses 4 --dist loadfile
 VENV_PYTHON := .venv/bin/python
 

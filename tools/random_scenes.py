@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 import rtbow
+from rtbow.base.errors import RtbowError
 from rtbow.bench.error import reference_xyz, sample_difference, sample_pixels
 from rtbow.bench.random_scenes import random_scene
 
@@ -34,7 +35,10 @@ def main() -> None:
     for seed in range(given.first, given.last + 1):
         if seed in done:
             continue
-        lines.append(_line(seed, given.pixels, given.longest))
+        try:
+            lines.append(_line(seed, given.pixels, given.longest))
+        except RtbowError as error:
+            lines.append(f"{seed} {error} OVER".replace("\n", " "))
         print(lines[-1], flush=True)
         if given.log:
             with given.log.open("a", encoding="utf-8") as log:
@@ -55,11 +59,11 @@ def _line(seed: int, pixels: int, longest: int | None) -> str:
         frame = renderer.render()
         method = renderer.method_used
     sample = sample_pixels(scene.camera.size_px, pixels)
-    found = sample_difference(sample.of(frame), reference_xyz(scene, sample), sample)
+    compared = sample_difference(sample.of(frame), reference_xyz(scene, sample), sample)
     width, height = scene.camera.size_px
     error = "dark"
-    if found.difference is not None:
-        spread = found.difference.delta_e
+    if compared.difference is not None:
+        spread = compared.difference.delta_e
         low, high = spread.p99_range or (spread.p99, spread.p99)
         error = f"{spread.p99:.3f} ({low:.3f} to {high if high is None else round(high, 3)})"
         if spread.p99 > scene.render.max_delta_e:

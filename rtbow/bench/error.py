@@ -18,6 +18,7 @@ from rtbow.bench.row import SampleDifference
 from rtbow.frames.difference import FrameDifference, frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.scene.model import Scene
+from rtbow.scene.text.values import scene_files
 from rtbow.world.world import resolve
 
 REFERENCE_STEP_NM = 1.0
@@ -137,12 +138,7 @@ def _part_xyz(part: Scene, rows: Indices, columns: Indices, progress: Progress) 
 
 def _key(part: Scene, rows: Indices, columns: Indices) -> str:
     """Name all that the reference at some pixels depends on."""
-    spectra = [light.spectrum for light in part.light]
-    files = [Path(name) for name in spectra if name.lower().endswith(".csv")]
-    if part.droplets.file is not None:
-        files.append(Path(part.droplets.file))
-    if part.droplets.radius is not None and part.droplets.radius.distribution == "table":
-        files.append(Path(part.droplets.radius.file))
+    files = [Path(name) for name in scene_files(part)]
     if part.scattering.theory == "mie":
         from rtbow.tables.mie.store import COMPACT_FILE
 
@@ -167,12 +163,15 @@ def colour_error(rgb: Array, truth_xyz: Array) -> FrameDifference | None:
         truth_xyz: the reference (n, 3).
 
     Returns:
-        The difference over the pixels with light; None where the reference has no light that
-        anybody could see, and therefore no white to compare against.
+        The difference over the pixels with light, against the reference's white; against the
+        frame's own where it alone has light that anybody could see; None where neither has.
     """
-    if not truth_xyz[:, 1].max(initial=0.0) > DARK_CD_M2:
-        return None
-    return frame_difference(rgb_to_xyz(rgb), truth_xyz)
+    shown_xyz = rgb_to_xyz(rgb)
+    if truth_xyz[:, 1].max(initial=0.0) > DARK_CD_M2:
+        return frame_difference(shown_xyz, truth_xyz)
+    if shown_xyz[:, 1].max(initial=0.0) > DARK_CD_M2:
+        return frame_difference(truth_xyz, shown_xyz)
+    return None
 
 
 def sample_difference(rgb: Array, truth_xyz: Array, sample: PixelSample) -> SampleDifference:

@@ -11,6 +11,7 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
 
 _NAME = re.compile(r"random-([1-9][0-9]{0,5})")
+_SIZES = ("160, 90", "320, 180", "640, 360", "1280, 720")
 _LAMP_SPECTRA = ("LED-B3", "LED-B5", "HP1", "FL2", "FL11", "equal-energy")
 
 
@@ -34,8 +35,12 @@ def random_text(seed: int) -> str:
     """Draw a scene as TOML."""
     rng = np.random.default_rng([seed, 5])
     extreme = np.random.default_rng([seed, 6])
+    picture = np.random.default_rng([seed, 7])
     street = rng.random() < 0.3
-    return "\n".join((_street(rng) if street else _sky(rng, extreme)) + _scattering(rng)) + "\n"
+    lines = (_street(rng, picture) if street else _sky(rng, extreme)) + _scattering(rng)
+    if picture.random() < 0.15:
+        lines.insert(1, 'pixel = "area"')  # of [camera]
+    return "\n".join(lines) + "\n"
 
 
 def _number(rng: np.random.Generator, low: float, high: float) -> str:
@@ -81,7 +86,7 @@ def _sky(rng: np.random.Generator, extreme: np.random.Generator) -> list[str]:
         altitude = extreme.uniform(-2.0, 2.0)  # about the edge of the Earth's shadow, with air
     elif kind < 0.4:
         altitude = extreme.uniform(50.0, 90.0)
-    size_px = ("160, 90", "320, 180", "640, 360", "1280, 720")[extreme.integers(4)]
+    size_px = _SIZES[extreme.integers(4)]
     # Mostly towards the bow, sometimes anywhere.
     bow = azimuth + 180.0 + rng.uniform(-40.0, 40.0)
     look = bow if rng.random() < 0.8 else rng.uniform(0.0, 360.0)
@@ -93,11 +98,11 @@ def _sky(rng: np.random.Generator, extreme: np.random.Generator) -> list[str]:
     lines = [
         "[camera]", f"position_m = [0.0, 0.0, {_even_log(rng, 1.0, 300.0)}]",
         f"azimuth_deg = {look % 360.0:.2f}", f"altitude_deg = {_number(rng, -10.0, 40.0)}",
-        f"fov_deg = {_number(rng, 30.0, 110.0)}",
-        f"size_px = [{size_px}]",
     ]  # fmt: skip
+    fov = _number(rng, 30.0, 110.0)
     if extreme.random() < 0.2:  # narrow: where a pixel is finer than the disc
-        lines[4] = f"fov_deg = {_even_log(extreme, 3.0, 30.0)}"
+        fov = _even_log(extreme, 3.0, 30.0)
+    lines += [f"fov_deg = {fov}", f"size_px = [{size_px}]"]
     if rng.random() < 0.2:
         lines.append(f"polarizer_deg = {_number(rng, 0.0, 180.0)}")
     for _ in range(1 + (rng.random() < 0.15)):
@@ -119,13 +124,14 @@ def _sky(rng: np.random.Generator, extreme: np.random.Generator) -> list[str]:
     return lines + (["[atmosphere]"] if rng.random() < 0.6 else [])
 
 
-def _street(rng: np.random.Generator) -> list[str]:
+def _street(rng: np.random.Generator, picture: np.random.Generator) -> list[str]:
+    """Draw a scene under lamps; ``picture`` decides how many pixels it has."""
     wide, depth, high = rng.uniform(20.0, 80.0), rng.uniform(30.0, 120.0), rng.uniform(10.0, 40.0)
     lines = [
         "[camera]", f"position_m = [0.0, {_number(rng, 1.0, 12.0)}, 1.6]",
         f"azimuth_deg = {_number(rng, -40.0, 40.0)}",
         f"altitude_deg = {_number(rng, -10.0, 25.0)}",
-        f"fov_deg = {_number(rng, 50.0, 115.0)}",
+        f"fov_deg = {_number(rng, 50.0, 115.0)}", f"size_px = [{_SIZES[picture.integers(4)]}]",
     ]  # fmt: skip
     for _ in range(1 + (rng.random() < 0.3)):
         lines += [

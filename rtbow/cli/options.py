@@ -299,7 +299,8 @@ def drawing_options(size: str, example: str, exposure: str) -> Option:
             "--method",
             ("auto", "fast", "spectral", "reference"),
             "fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
-            " float64 on the CPU; auto: fast where it keeps its error, else spectral.",
+            " float64 on the CPU; auto: fast where it keeps its error, else spectral, or reference"
+            " for what no shader draws.",
         ),
         max_delta_e_option(
             "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels:"

@@ -23,12 +23,13 @@ SUN_DIAMETER_DEG = 0.533
 """The sun's disc across, at its mean distance."""
 
 
+# Exact, as the SI defines them (9th brochure, 2019).
 SPEED_OF_LIGHT_M_PER_S = 299_792_458.0
 PLANCK_J_S = 6.62607015e-34
 ELEMENTARY_CHARGE_C = 1.602176634e-19
 AVOGADRO_PER_MOL = 6.02214076e23
-"""Exact, as the SI defines them (9th brochure, 2019)."""
 MOON_RADIUS_KM = 1_737.4
+"""Mean radius (IAU 2015 working group on cartographic coordinates)."""
 MOON_DISTANCE_KM = 384_400.0
 """Mean distance from the Earth's centre."""
 MOON_DISTANCES_KM = (350_000.0, 410_000.0)

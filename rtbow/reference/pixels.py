@@ -24,7 +24,8 @@ def pixel_points(view: View, disc_rad: float) -> Array:
     """Give places within a pixel that are even along every direction, (n, 2), from 0 to 1.
 
     A lattice of Fibonacci numbers: n points have n places along each side, where a grid has only
-    the root of n, so that fringes across a pixel are summed as by n points, however they lie.
+    the root of n, so that fringes across a pixel are summed as by n points, however they lie. No
+    more than 987 are taken, which follow a light without a disc over pixels of up to 1.2 degrees.
 
     Args:
         view: the picture.

@@ -35,9 +35,7 @@ def sharp_step_nm(world: World) -> float:
     scatterer = world.scatterer
     phase = 0.0
     for low, high in ends:
-        reach = fringe_phase(
-            scatterer.orders, radius_m, low, high, scatterer.medium.refractive_index
-        )
+        reach = fringe_phase(scatterer.orders, radius_m, low, high, scatterer.medium)
         phase = max(phase, reach)
     wanted = MOST_PHASE / phase if phase > 0.0 else math.inf  # of neighbours, a step of 1 nm apart
     finer = [least for least in _STEPS_NM if least <= wanted] or [_STEPS_NM[-1]]

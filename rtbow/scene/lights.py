@@ -133,8 +133,10 @@ class SunLight(Table):
         None,
         ge=MOON_DISTANCES_KM[0],
         le=MOON_DISTANCES_KM[1],
-        description="of the Moon, with spectrum moon; left out: 384400",
-        json_schema_extra=shown_as("km", "Near, it is a quarter brighter than far away."),
+        description=f"of the Moon, with spectrum moon; left out: {MOON_DISTANCE_KM:g}",
+        json_schema_extra=shown_as(
+            "km", "At its nearest it is 30 % brighter than at its farthest."
+        ),
     )
 
     @model_validator(mode="before")

@@ -174,8 +174,8 @@ def _unknown(name: str) -> str:
     """
     head = f"spectrum {name[:60]!r} is not known"
     allowed = (
-        f"Allowed: {E490}, {EQUAL_ENERGY}, a CIE illuminant's name such as FL2, HP1 or LED-B3, or a"
-        " path to a file, such as lamp.csv"
+        f"Allowed: {E490}, {EQUAL_ENERGY}, {MOON}, a CIE illuminant's name such as FL2, HP1 or"
+        " LED-B3, or a path to a file, such as lamp.csv"
     )
     for pattern, what in _OTHERS.items():
         if re.fullmatch(pattern, name.strip(), re.I):

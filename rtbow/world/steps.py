@@ -44,11 +44,14 @@ MOST_RAIN_SAMPLES = 512.0
 depth of 20 is gone, wherever exactly."""
 UNSEEN_DEPTH = 50.0
 """Optical depth of rain behind which nothing is seen: e⁻⁵⁰ is 2e-22."""
+LEAST_SEEN = 6e-3
+"""Least part of a ray's distance to the rain that counts as seen however dense the rain is: a step
+of the least number under a lamp is then 600 roundings of the distance, known to 0.2 %."""
 _AIR_ERROR = 1e-4
 """Relative error that the midpoint rule may leave in the air's attenuation."""
 _HIGHEST_EDGE_M = 1e6
 """Above this no air is left that a sun could graze, nor any rain."""
-_UNSEEN_DEPTH = 20.0
+_UNSEEN_AIR_DEPTH = 20.0
 """Where such a depth of air lies between sun and drop nothing arrives: no need to resolve it."""
 
 
@@ -219,7 +222,7 @@ def _air_rate(volume: DropletVolume, optics: Optics) -> float:
         column = sun_column(np.maximum(heights, 0.0), sun.altitude_rad)
         if np.all(np.isfinite(column)):
             slope = np.abs(np.gradient(column, heights))
-            visible = depth * column < _UNSEEN_DEPTH
+            visible = depth * column < _UNSEEN_AIR_DEPTH
             if np.any(visible):
                 steepest = max(steepest, float(slope[visible].max()))
         else:
@@ -242,4 +245,4 @@ def _grazing_rate(volume: DropletVolume, optics: Optics, altitude_rad: float) ->
     column = sun_column(heights, altitude_rad)
     depth = np.multiply.outer(optics.air_depth, column)
     slope = np.multiply.outer(optics.air_depth, np.abs(np.gradient(column, heights)))
-    return float(np.max(slope, initial=0.0, where=depth < _UNSEEN_DEPTH))
+    return float(np.max(slope, initial=0.0, where=depth < _UNSEEN_AIR_DEPTH))

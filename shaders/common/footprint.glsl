@@ -41,30 +41,40 @@ vec3 rayExtent(Camera camera, Direction ray) {
     return 2.0 * dot(ray, camera.basis[0]) * sqrt(squared);
 }
 
+const Length FARTHEST = 3.0e38;
+
 // Whether the length inside a box is as good as linear over a pixel: all of the pixel's rays miss it,
 // or they meet faces at no grazing angles and, as good as all, the same face first and the same last.
 bool meetsEvenly(Direction ray, vec3 extent, Position low, Position high) {
-    vec3 first = low / ray;
-    vec3 second = high / ray;
     // At a corner of the pixel components differ by half the sum over both sides, at most.
-    vec3 bend = 0.71 * extent / abs(ray);
+    vec3 reach = 0.71 * extent;
+    // Some ray of the pixel may be level with these faces.
+    bvec3 level = lessThanEqual(abs(ray), reach);
+    vec3 steep = mix(ray, vec3(1.0), level);
+    vec3 first = low / steep;
+    vec3 second = high / steep;
+    vec3 bend = mix(reach / abs(steep), vec3(FARTHEST), level);
     vec3 near = min(first, second);
     vec3 far = max(first, second);
-    vec3 nearWide = abs(near) * bend;
-    vec3 farWide = abs(far) * bend;
-    vec3 soonest = near - nearWide;
-    vec3 latest = far + farWide;
+    vec3 nearWide = abs(near) * min(bend, vec3(1.0));
+    vec3 farWide = abs(far) * min(bend, vec3(1.0));
+    vec3 closest = min(abs(low), abs(high)) / max(abs(ray) + reach, vec3(1.0e-30));
+    vec3 between = vec3(lessThanEqual(low, vec3(0.0))) * vec3(greaterThanEqual(high, vec3(0.0)));
+    vec3 soonest = mix(near - nearWide, mix(closest, vec3(-FARTHEST), between), level);
+    vec3 latestEntry = mix(near + nearWide, mix(vec3(FARTHEST), vec3(-FARTHEST), between), level);
+    vec3 earliestExit = mix(far - farWide, closest, level);
+    vec3 latest = mix(far + farWide, vec3(FARTHEST), level);
     Number entry = max(max(soonest.x, soonest.y), max(soonest.z, 0.0));
     Number exit = min(min(latest.x, latest.y), latest.z);
     if (entry > exit) return true;
     // Faces that may be the first, or the last, one met by some ray of the pixel.
-    vec3 firsts = vec3(greaterThan(near + nearWide, vec3(entry)));
-    vec3 lasts = vec3(lessThan(far - farWide, vec3(exit)));
+    vec3 firsts = vec3(greaterThan(latestEntry, vec3(entry)));
+    vec3 lasts = vec3(lessThan(earliestExit, vec3(exit)));
     // Where two such faces meet, the length has a kink: its mean misses by up to a sixth of this.
     Length kink = (dot(firsts, vec3(1.0)) > 1.0 ? dot(firsts, nearWide) : 0.0)
         + (dot(lasts, vec3(1.0)) > 1.0 ? dot(lasts, farWide) : 0.0);
-    vec3 entries = firsts * (near + nearWide);
-    vec3 exits = mix(vec3(3.0e38), far - farWide, lasts);
+    vec3 entries = mix(vec3(0.0), latestEntry, greaterThan(firsts, vec3(0.5)));
+    vec3 exits = mix(vec3(FARTHEST), earliestExit, greaterThan(lasts, vec3(0.5)));
     Length least = min(min(exits.x, exits.y), exits.z)
         - max(max(entries.x, entries.y), max(entries.z, 0.0));
     return kink < MOST_KINK * least && all(lessThan((firsts + lasts) * bend, vec3(MOST_BEND)));
@@ -146,7 +156,6 @@ PixelSpan pixelSpan(Camera camera, vec2 pixel, Direction ray, vec2 span, Positio
 }
 
 #if LAMP_COUNT
-const int LAMP_POINTS = 8;
 const int LAMP_GENERATOR = 5;
 
 // How many rays of a pixel a lamp's light is averaged over. The angle at the lamp sweeps along a ray,
@@ -175,7 +184,7 @@ struct SoftBox {
 SoftBox softBox(Camera camera, Direction ray, Position low, Position high) {
     vec3 extent = rayExtent(camera, ray);
     if (meetsEvenly(ray, extent, low, high)) return SoftBox(boxSpan(ray, low, high), vec3(0.0));
-    vec2 span = vec2(0.0, 3.0e38);
+    vec2 span = vec2(0.0, FARTHEST);
     for (int axis = 0; axis < 3; ++axis) {
         vec2 rays = ray[axis] + vec2(-0.5, 0.5) * extent[axis];
         bool within = low[axis] <= 0.0 && high[axis] >= 0.0;
@@ -184,7 +193,7 @@ SoftBox softBox(Camera camera, Direction ray, Position low, Position high) {
         Number side = high[axis] < 0.0 ? rays.x : rays.y;
         Number face = high[axis] < 0.0 ? high[axis] : low[axis];
         if (!within) {
-            span.x = max(span.x, side * face > 0.0 ? face / side : 3.0e38);
+            span.x = max(span.x, side * face > 0.0 ? face / side : FARTHEST);
             Number least = high[axis] < 0.0 ? rays.y : rays.x;
             Number back = high[axis] < 0.0 ? low[axis] : high[axis];
             if (least * back > 0.0) span.y = min(span.y, back / least);
@@ -202,7 +211,9 @@ Number inside(SoftBox box, Position at, Length distance, Position low, Position 
     if (box.extent.x <= 0.0) return 1.0;
     vec3 reach = 0.5 * distance * box.extent;
     vec3 share = (min(at + reach, high) - max(at - reach, low)) / max(2.0 * reach, vec3(1.0e-6));
-    share = clamp(share, 0.0, 1.0);
+    // Where rays do not differ along an axis, all are where their middle is.
+    vec3 alike = vec3(greaterThanEqual(at, low)) * vec3(lessThanEqual(at, high));
+    share = mix(clamp(share, 0.0, 1.0), alike, lessThan(reach, vec3(5.0e-7)));
     return share.x * share.y * share.z;
 }
 #endif

@@ -47,7 +47,7 @@ struct RainDepth {
 // that follow the angle at a lamp would be many optical depths long otherwise. No shorter than a part
 // of the distance that float32 still divides into steps; there rain and angle change evenly.
 Length leastSeen(vec2 span) {
-    return 6.0e-3 * span.x;
+    return LEAST_SEEN * span.x;
 }
 
 // The same of even rain.

@@ -161,6 +161,8 @@ def test_a_dark_reference_has_no_error():
     assert colour_error(np.zeros((4, 3)), np.zeros((4, 3))) is None
     # Float32 ends where the dark side of a bow goes on: nobody sees either.
     assert colour_error(np.zeros((4, 3)), np.full((4, 3), 1e-25)) is None
+    lit = colour_error(np.full((4, 3), 1e-3), np.zeros((4, 3)))
+    assert lit.delta_e.median > 50.0
     same = np.full((4, 3), 2.0)
     assert colour_error(same, rgb_to_xyz(same)).delta_e.worst == 0.0
 

@@ -56,20 +56,19 @@ def shadow_span(
         has no end; the beginning is no less than the end where a line stays out of it.
     """
     radius = EARTH_RADIUS_M
-    sunward, along = _sunward(points_m, eye_m, towards), directions @ towards
-    offset = _from_foot(points_m, eye_m)
+    c, outward, sunward = cylinder(points_m, eye_m, towards)
+    along = directions @ towards
     a = np.sum(np.cross(directions, towards) ** 2, axis=-1) / (2.0 * radius)
-    b = (np.sum(offset * directions, axis=-1) - sunward * along) / radius + directions[..., 2]
-    c = _excess(points_m, eye_m)[0] - sunward**2 / (2.0 * radius)
+    b = np.sum(outward * directions, axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(np.maximum(b * b - 4.0 * a * c, 0.0))
         # The sum of like signs keeps its digits; the other root follows from the product of both.
         half = -0.5 * (b + np.where(b < 0.0, -root, root))
-        one, other = half / a, c / half
+        first, second = half / a, c / half
         # Beside the cylinder's axis a line is within the cylinder or without, all of it.
         parallel = (a == 0.0) & (b == 0.0)
-        begin = np.where(parallel, -np.inf, np.minimum(one, other))
-        end = np.where(parallel, np.inf, np.maximum(one, other))
+        begin = np.where(parallel, -np.inf, np.minimum(first, second))
+        end = np.where(parallel, np.inf, np.maximum(first, second))
         crossing = -sunward / along
     begin = np.where((along < 0.0) & (crossing > begin), crossing, begin)
     end = np.where((along > 0.0) & (crossing < end), crossing, end)
@@ -99,6 +98,25 @@ def shadow_reaches(box_m: Array, eye_m: Array, towards: Array) -> bool:
 def _from_foot(points_m: Array, eye_m: Array) -> Array:
     """Places (..., 3) relative to where the sphere touches sea level, m."""
     return floats(points_m - np.array([eye_m[0], eye_m[1], 0.0]))
+
+
+def cylinder(points_m: Array, eye_m: Array, towards: Array) -> tuple[Array, Array, Array]:
+    """Give how places lie in the cylinder of which the Earth's shadow is the half without the sun.
+
+    Args:
+        points_m: the places (..., 3), m.
+        eye_m: below which the ground is level (3,), m.
+        towards: unit direction towards the sun (3,).
+
+    Returns:
+        The square of the distance from the axis less the radius's, over twice the radius (...), m,
+        below 0 inside; its gradient (..., 3); and how far the places lie towards the sun from the
+        Earth's centre (...), m.
+    """
+    sunward = _sunward(points_m, eye_m, towards)
+    clear = _excess(points_m, eye_m)[0] - sunward**2 / (2.0 * EARTH_RADIUS_M)
+    across = _from_foot(points_m, eye_m) - sunward[..., None] * towards
+    return clear, across / EARTH_RADIUS_M + np.array([0.0, 0.0, 1.0]), sunward
 
 
 def _sunward(points_m: Array, eye_m: Array, towards: Array) -> Array:

@@ -81,7 +81,7 @@ def moonlight(sunlight: Spectrum, phase_deg: float, distance_km: float) -> Spect
         phase_deg: see :func:`reflectance`.
         distance_km: from the eye.
     """
-    within = (sunlight.wavelength_nm >= 350.0) & (sunlight.wavelength_nm <= 865.0)
+    within = (sunlight.wavelength_nm >= _BANDS[0, 0]) & (sunlight.wavelength_nm <= _BANDS[-1, 0])
     nm = sunlight.wavelength_nm[within]
     solid_angle = math.pi * (MOON_RADIUS_KM / distance_km) ** 2
     share = reflectance(nm, phase_deg) * solid_angle / math.pi

@@ -43,7 +43,7 @@ class PixelLevels:
     """Extents of pixels that a table has levels for.
 
     Attributes:
-        squared: u² + v² of each level (L,), ascending, .
+        squared: u² + v² of each level (L,), ascending, rad².
         shapes: how many shapes; they are even in 2 u v / (u² + v²), at the middles of as many
             parts.
         blur: what is added before the logarithm is taken in which levels are even, rad².

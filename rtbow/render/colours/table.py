@@ -21,6 +21,7 @@ from rtbow.base.arrays import Array, Float32, floats
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.airy import SCALE_POWER, bows
+from rtbow.physics.drop.medium import Medium
 from rtbow.render.colours.basis import _RAIN_DEPTH, LightBasis
 from rtbow.render.colours.pixels import RIGHT_ANGLE_CHORD, PixelLevels
 from rtbow.render.colours.pixels import over_pixels as chord_means
@@ -114,12 +115,8 @@ _PHASE_STEP = 0.3
 """Phase between columns, rad: linear interpolation errs by 1 % of the fringes."""
 
 
-_VIOLET_INDEX = 1.343
-"""Index of water at the violet end."""
-
-
 def fringe_step(
-    orders: tuple[int, ...], radius_m: float, low: float, high: float, index: float | None
+    orders: tuple[int, ...], radius_m: float, low: float, high: float, medium: Medium
 ) -> float:
     """Give the step of angles that follows the fringes of drops under a point of light.
 
@@ -128,26 +125,26 @@ def fringe_step(
         radius_m: of the largest drop.
         low: first scattering angle, rad.
         high: last.
-        index: of drops that are not of water.
+        medium: what the drops are made of.
 
     Returns:
         The step, rad; 0 where no step does, since wavelengths 1 nm apart differ too much.
     """
-    ends = _greatest_arguments(orders, radius_m, low, high, index)
+    ends = _greatest_arguments(orders, radius_m, low, high, medium)
     if max(_phase(z) for z, _ in ends) > MOST_PHASE:
         return 0.0
     return min(_PHASE_STEP / (2.0 * math.sqrt(z) * scale) for z, scale in ends)
 
 
 def fringe_phase(
-    orders: tuple[int, ...], radius_m: float, low: float, high: float, index: float | None
+    orders: tuple[int, ...], radius_m: float, low: float, high: float, medium: Medium
 ) -> float:
     """Give the greatest phase of the fringes of drops at the violet end, rad.
 
     It is inverse to the wavelength: neighbouring ones differ by the phase times their step over
     them. Arguments are those of :func:`fringe_step`.
     """
-    return max(_phase(z) for z, _ in _greatest_arguments(orders, radius_m, low, high, index))
+    return max(_phase(z) for z, _ in _greatest_arguments(orders, radius_m, low, high, medium))
 
 
 def _phase(z: float) -> float:
@@ -156,11 +153,12 @@ def _phase(z: float) -> float:
 
 
 def _greatest_arguments(
-    orders: tuple[int, ...], radius_m: float, low: float, high: float, index: float | None
+    orders: tuple[int, ...], radius_m: float, low: float, high: float, medium: Medium
 ) -> list[tuple[float, float]]:
     """Give Airy's argument at the far end of each bow, 1 at least, and its slope per rad."""
     ends = []
-    for one in bows(orders, floats([VISIBLE_NM[0] * 1e-9]), floats([index or _VIOLET_INDEX])):
+    violet_nm = floats(VISIBLE_NM[:1])
+    for one in bows(orders, violet_nm * 1e-9, medium.index(violet_nm)):
         scale = float(one.scale[0]) * radius_m**SCALE_POWER
         reach = one.side * (floats([low, high]) - one.angle_rad[0])
         ends.append((max(scale * float(reach.max()), 1.0), scale))

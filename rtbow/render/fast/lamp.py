@@ -39,7 +39,7 @@ from rtbow.render.fast.shared import (
     light_defines,
     set_scene,
 )
-from rtbow.render.uniforms import lamp_pixels_wide
+from rtbow.render.uniforms import lamp_pixels_wide, lamp_points
 from rtbow.tables.layout import running_integral
 from rtbow.world.lights import NEAREST_M, Lamp
 from rtbow.world.steps import lamp_steps, most_steps
@@ -143,7 +143,7 @@ def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False
     fringe = world.narrowest_bow_rad
     _check_disc(plan, lamp, fringe)
     check_depth(plan, _MOST_DEPTH)
-    check_loops(plan, 2)
+    check_loops(plan, 2 * lamp_points(world))
     chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels)
     light = plan_light(plan, lamp.spectrum, column, chord)
     if not roaming:  # those serve many frames

@@ -136,9 +136,7 @@ def _chords(plan: Plan, sun: Sun, most: int, *, everywhere: bool) -> Array:
         per_disc, unit = plan.settings.texels_per_disc, world.scatterer.medium.bow_unit
         step = np.hypot(sun.disc_rad / per_disc, 0.6 / per_disc * bow_width(largest, unit))
         return chords(low, high, float(step), most)
-    step = fringe_step(
-        world.scatterer.orders, largest, low, high, world.scatterer.medium.refractive_index
-    )
+    step = fringe_step(world.scatterer.orders, largest, low, high, world.scatterer.medium)
     chord = chords(low, high, step, most + 1)
     if len(chord) > most:
         raise UnsuitedError(_TOO_FINE)

@@ -70,8 +70,6 @@ def shader_defines(world: World) -> dict[str, Define]:
 
 _POINTS_PER_BLUR = 4.0
 """Points of a pixel whose angles are averaged, for each width of what is blurred anyway."""
-LAMP_POINTS = 8
-"""Rays that a pixel at an edge under a lamp takes (``common/footprint.glsl``)."""
 
 
 def pixel_points(world: World) -> int:

@@ -23,7 +23,6 @@ from rtbow.physics.air import rayleigh
 from rtbow.render.checks import check_world
 from rtbow.render.spectral.layout import (
     LAMP_DEPTH_SAMPLES,
-    LAMP_POINTS,
     SEEN_ROUNDS,
     SEEN_SAMPLES,
     bow_edges,
@@ -37,6 +36,7 @@ from rtbow.render.uniforms import (
     MAX_STEPS,
     MOST_LOOPS,
     common_uniforms,
+    lamp_points,
     set_uniforms,
     shadow_uniforms,
 )
@@ -114,9 +114,8 @@ class SpectralMethod:
         rest = LAMP_DEPTH_SAMPLES + 4
         sun = len(optics.wavelength_nm) * (1 + (bows + 1) * points if points else 1 + bows) + rest
         lamp = len(optics.wavelength_nm) * (1 + bows) + rest
-        if self._world.view.area:
-            lamp *= LAMP_POINTS
-        return 4 + len(optics.suns) * sun + len(optics.lamps) * lamp
+        lamps = len(optics.lamps) * lamp_points(self._world)
+        return 4 + len(optics.suns) * sun + lamps * lamp
 
     def _fit_depth_loops(self, optics: Optics) -> None:
         """Shorten passes so far that their loops have room for the depths that each sums anew.
@@ -126,7 +125,7 @@ class SpectralMethod:
         """
         suns = 1 if optics.suns else 0
         each = self._steps * (2 + LAMP_DEPTH_SAMPLES) + SEEN_ROUNDS * SEEN_SAMPLES
-        prefix = self._steps * suns + len(optics.lamps) * each
+        prefix = self._steps * suns + len(optics.lamps) * lamp_points(self._world) * each
         left = min(_LOOP_BUDGET, MOST_LOOPS - prefix)
         self._steps_per_pass = left // self._loops_per_step(optics)
         if self._steps_per_pass < max(1, self._steps // _MOST_PASSES):

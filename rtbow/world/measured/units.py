@@ -205,6 +205,10 @@ _NO_LIGHT = re.compile(r"absorba|absorptan|transmi|reflecta|optical.?density", r
 _QUANTITIES = {(2, 0): "irradiance", (2, 1): "radiance", (0, 1): "intensity", (0, 0): "flux"}
 
 
+_OF_POWER = re.compile(r"\b[munkµ]?W\b|\bwatts?\b|\bphotons?\b|/\s*(?:nm|[µu]m|Hz|eV|cm)\b", re.I)
+"""Names of power, or of an interval that it is per: a text with one of them is meant as a unit."""
+
+
 def value_unit(name: str, unit: str, abscissa: str) -> ValueUnit:
     """Find what a column of values is.
 
@@ -225,8 +229,11 @@ def value_unit(name: str, unit: str, abscissa: str) -> ValueUnit:
     default = abscissa if abscissa in RECIPROCALS_NM else "nm"
     marked, loose = _candidates(name, unit)
     for text in (*marked, *loose):
+        factors = _factors(text)
+        if factors is None and text in marked and _OF_POWER.search(text):
+            raise UnitError("a unit that is not understood")
         try:
-            found = _understood(text, _factors(text) or {}, abscissa)
+            found = _understood(text, factors or {}, abscissa)
         except UnitError:
             if text in marked:
                 raise
@@ -268,7 +275,7 @@ def _snake(name: str) -> str:
 
 def _factors(text: str) -> dict[str, int] | None:
     """Read a product of units with exponents, such as ``mW/(m2 nm)``; None if it is none."""
-    text = re.sub(r"\bper\b", "/", _plain(text).replace("**", "^"))
+    text = re.sub(r"\bper\b", "/", _plain(text.replace("**", "^")))
     text = re.sub(r"\s*\^\s*", "^", text)
     if not re.fullmatch(r"[\w\s/^().{}+\-Å%\[\]]+", text) or len(text) > 60:
         return None

@@ -48,6 +48,37 @@ def test_pixels_are_the_means_of_finer_ones(name, method, size, changes):
     assert error.worst < 1.5
 
 
+GAMMA = {
+    "droplets.radius": {
+        "distribution": "gamma", "effective_radius_um": 300.0, "effective_variance": 0.05,
+        "mixing": "local",
+    },
+    "render.wavelength_step_nm": 4.0,
+    "camera.fov_deg": 60.0,
+}  # fmt: skip
+DIMMING = {**DROPS, "camera.fov_deg": 60.0, "droplets.extinction": True,
+           "droplets.density.number_per_m3": 3000.0}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "changes"),
+    [
+        ("uniform", "spectral", GAMMA),
+        ("uniform", "fast", DIMMING),
+        ("uniform", "spectral", DIMMING),
+        ("default", "spectral", {"render.wavelength_step_nm": 4.0}),
+        ("two-lamps", "spectral", LAMP),
+    ],
+)
+def test_whatever_a_scene_holds(name, method, changes):
+    """Mixtures, rain that dims, grids, lamps."""
+    size = [64, 36] if name == "default" else [48, 27]
+    truth = mean_of_finer(name, size, changes, 12)
+    error = delta_e(frame(name, size, method, "area", changes), truth)
+    assert error.p99 < 0.7
+    assert error.worst < 1.5
+
+
 def test_a_filters_components_are_averaged_too():
     changes = {**WIDE, "camera.polarizer_deg": 30.0}
     truth = mean_of_finer("uniform", [64, 36], changes, 12)

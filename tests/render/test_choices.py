@@ -1,0 +1,58 @@
+"""What chooses steps and refuses worlds, by its numbers alone."""
+
+import numpy as np
+import pytest
+
+from rtbow.base.errors import UnsuitedError
+from rtbow.base.limits import LEAST_SHARE_OF_DISTANCE
+from rtbow.render.checks import check_box
+from rtbow.render.fineness import sharp_step_nm
+from rtbow.render.uniforms import LAMP_POINTS, lamp_points
+from rtbow.scene.text.file import load_scene
+from rtbow.world.world import resolve
+
+
+def world(name="uniform", **keys):
+    return resolve(load_scene(name, {key.replace("__", "."): v for key, v in keys.items()}))
+
+
+@pytest.mark.parametrize(("disc", "radius_um", "step"), [
+    (0.533, 500.0, 5.0), (0.0, 20.0, 5.0), (0.0, 500.0, 1.0), (0.0, 2000.0, 1.0),
+])  # fmt: skip
+def test_fringes_that_nothing_blurs_take_finer_wavelengths(disc, radius_um, step):
+    keys = {"light__0__angular_diameter_deg": disc, "droplets__radius__radius_um": radius_um}
+    assert sharp_step_nm(world(**keys)) == step
+
+
+def test_the_scenes_own_step_stays_where_it_is_finer():
+    keys = {"light__0__angular_diameter_deg": 0.0, "render__wavelength_step_nm": 0.5}
+    assert sharp_step_nm(world(**keys)) == 0.5
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.99, True), (1.01, False)])
+def test_thin_boxes_far_away_are_left_to_float64(share, refused):
+    far = 1e6
+    thick = share * LEAST_SHARE_OF_DISTANCE * far
+    box = [[-100.0, far - thick, 0.0], [100.0, far, 100.0]]
+    thin = world(droplets__box_m=box, camera__position_m=[0.0, 0.0, 0.0])
+    if refused:
+        with pytest.raises(UnsuitedError, match="m thick along north"):
+            check_box(thin)
+    else:
+        check_box(thin)
+
+
+def test_depth_of_the_rain_across_its_box():
+    """Beer's law by hand: number x pi r² x 2 (geometric optics) x diagonal."""
+    box = [[0.0, 100.0, 0.0], [30.0, 140.0, 120.0]]
+    rain = world(
+        droplets__box_m=box, droplets__extinction=True, droplets__density__number_per_m3=1000.0,
+        droplets__radius__radius_um=1000.0, droplets__extinction_efficiency=2.0,
+    )  # fmt: skip
+    np.testing.assert_allclose(rain.rain_depth, 1000.0 * np.pi * 1e-6 * 2.0 * 130.0, rtol=1e-6)
+    assert world(droplets__box_m=box).rain_depth == 0.0
+
+
+def test_areas_take_several_rays_under_lamps():
+    assert lamp_points(world("two-lamps")) == 1
+    assert lamp_points(world("two-lamps", camera__pixel="area")) == LAMP_POINTS
