@@ -45,6 +45,7 @@ from rtbow.world.lights import NEAREST_M, Lamp, Sun
 from rtbow.world.optics import Optics
 from rtbow.world.rain.extinction import RainExtinction, paths_to, with_second
 from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.steps import fringe_crowding
 from rtbow.world.world import World
 
 _AIR_CELL_M = 200.0
@@ -350,7 +351,8 @@ def radiance_along(world: World, rays: Array) -> Array:
 
 def _gathered(setup: _Setup, directions: Array) -> Array:
     rays = _rays(setup, directions)
-    grid = Grid(setup.volume.box_m, setup.moments, setup.extinction)
+    crowding = fringe_crowding(setup.volume, setup.optics)
+    grid = Grid(setup.volume.box_m, setup.moments, setup.extinction, crowding)
     total = np.zeros((len(directions), setup.channels))
     if setup.optics.suns:
         total += _under_suns(setup, rays, grid)

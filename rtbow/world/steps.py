@@ -11,7 +11,7 @@ from rtbow.base.arrays import Array, Float32, floats
 from rtbow.physics.air.earth_shadow import edge_height_m
 from rtbow.physics.air.rayleigh import sun_column
 from rtbow.physics.constants import SCALE_HEIGHT_M
-from rtbow.physics.drop.airy import RADIUS_POWER
+from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER
 from rtbow.world.optics import Optics
 from rtbow.world.rain.volume import DropletVolume
 
@@ -98,6 +98,40 @@ def lamp_steps(rates: StepRates, volume: DropletVolume) -> int:
     return max(least, 2 * int(np.ceil(0.5 * across)))
 
 
+_FAR_RAD = 0.7
+"""Distance from a bow up to which fringes count: half the width of a usual picture."""
+_BLURRED = 6.0
+"""Radii of a sun's disc, as phase of the fringes, over which they are gone: 5 % are left."""
+_FINE_PHASE = 2100.0
+"""Phase of the fringes up to which samples need not follow it: their colours add up to white."""
+_MOST_CROWDED = 5.0
+
+
+def fringe_crowding(volume: DropletVolume, optics: Optics) -> float:
+    """Give how many times as many samples per ln(radius) a small sun's fringes ask for.
+
+    The phase of a bow's fringes grows with the radius, so that where it differs between grid points
+    a ray crosses them. 1 where a disc blurs those that are too fine, as the sun's own does.
+
+    Drops of 393-787 µm drawn at each point under a sun of 0.026 degrees, 99 % of pixels: the
+    reference within 0.2 in CIEDE2000 (without: 1.2), the shader within 0.5 (without: 2.8).
+
+    Args:
+        volume: the drops.
+        optics: the suns and the bows.
+    """
+    if not optics.suns or not optics.bows or volume.radius_range_um[1] <= 0.0:
+        return 1.0
+    disc = min(sun.disc_rad for sun in optics.suns)
+    power = (volume.radius_range_um[1] * 1e-6) ** SCALE_POWER
+    scale = max(float(bow.scale.max()) for bow in optics.bows) * power
+    z = _FAR_RAD * scale
+    if disc > 0.0:
+        z = min(z, (_BLURRED / (scale * disc)) ** 2)
+    phase = 4.0 / 3.0 * z**1.5
+    return float(min(max(phase / _FINE_PHASE, 1.0), _MOST_CROWDED))
+
+
 def step_rates(volume: DropletVolume, optics: Optics, rain_per_m: float = 0.0) -> StepRates:
     """Compute the rates.
 
@@ -106,7 +140,9 @@ def step_rates(volume: DropletVolume, optics: Optics, rain_per_m: float = 0.0) -
         optics: the air and the suns.
         rain_per_m: greatest extinction by the rain.
     """
-    return rates_on_grid(grid_cells(volume), volume, optics, rain_per_m)
+    crowding = fringe_crowding(volume, optics)
+    cells = grid_cells(volume, per_log_radius=crowding * SAMPLES_PER_LOG_RADIUS)
+    return rates_on_grid(cells, volume, optics, rain_per_m)
 
 
 def grid_cells(

@@ -9,6 +9,7 @@ from rtbow.render.checks import check_box
 from rtbow.render.fineness import sharp_step_nm
 from rtbow.render.uniforms import LAMP_POINTS, lamp_points
 from rtbow.scene.text.file import load_scene
+from rtbow.world.steps import fringe_crowding
 from rtbow.world.world import resolve
 
 
@@ -51,6 +52,18 @@ def test_depth_of_the_rain_across_its_box():
     )  # fmt: skip
     np.testing.assert_allclose(rain.rain_depth, 1000.0 * np.pi * 1e-6 * 2.0 * 130.0, rtol=1e-6)
     assert world(droplets__box_m=box).rain_depth == 0.0
+
+
+@pytest.mark.parametrize(
+    ("disc", "most_um", "crowding"),
+    [(0.533, 787.0, 1.0), (0.533, 100.0, 1.0), (0.026, 787.0, 4.0), (0.0, 2000.0, 5.0)],
+)
+def test_fringes_of_small_suns_crowd_along_rays(disc, most_um, crowding):
+    radius = {"distribution": "uniform", "min_um": 0.5 * most_um, "max_um": most_um}
+    rough = world(
+        light__0__angular_diameter_deg=disc, droplets__grid=[4, 4, 4], droplets__radius=radius
+    )
+    assert fringe_crowding(rough.volume, rough.optics) == pytest.approx(crowding, abs=0.9)
 
 
 def test_areas_take_several_rays_under_lamps():

@@ -34,6 +34,7 @@ from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.steps import (
     LEAST_RAIN_SAMPLES,
     StepRates,
+    fringe_crowding,
     grid_cells,
     lamp_steps,
     most_steps,
@@ -150,7 +151,8 @@ def plan_world(world: World, *, frugal: bool = False) -> Plan:
     """
     volume = world.volume
     settings = settings_for(world.fineness.max_delta_e, kind_of(volume))
-    cells = grid_cells(volume, settings.samples_per_cell, settings.samples_per_log_radius)
+    per_log_radius = settings.samples_per_log_radius * fringe_crowding(volume, world.optics)
+    cells = grid_cells(volume, settings.samples_per_cell, per_log_radius)
     return Plan(
         world, settings, filled_box(volume), radius_rows(volume, settings), cells,
         _rates(world, cells), frugal,
