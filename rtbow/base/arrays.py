@@ -48,3 +48,8 @@ def floats(value: Any) -> Array:
 def no_progress(items: Iterable[int]) -> Iterable[int]:
     """Show nothing."""
     return items
+
+
+def labelled(label: str, items: Iterable[int]) -> str:
+    """Give the label of a loop, with what it makes where that is known (:class:`Steps`)."""
+    return f"{label}: {items.what}" if isinstance(items, Steps) else label

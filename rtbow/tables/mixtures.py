@@ -62,9 +62,7 @@ class MixtureAxis:
         """Place of scattering angles along the axis, 0 at the first."""
         # Each place where detail gathers has the density c / sqrt(w² + d²), and asinh for integral.
         place = theta / _BASE_RAD
-        for edge, width, per_fold in zip(
-            self.edge_rad, self.width_rad, self.per_fold, strict=True
-        ):
+        for edge, width, per_fold in zip(self.edge_rad, self.width_rad, self.per_fold, strict=True):
             start = np.arcsinh(-edge / width)
             place = place + per_fold * (np.arcsinh((theta - edge) / width) - start)
         backward = pole_place(floats(np.pi)) - pole_place(np.pi - theta)

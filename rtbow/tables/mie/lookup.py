@@ -17,7 +17,7 @@ from rtbow.base.compiled import compiled, prange
 from rtbow.base.errors import InputError
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.airy import PRIMARY_UNIT, bow_unit
-from rtbow.physics.light.disc import disc_nodes
+from rtbow.physics.light.disc import disc_nodes, disc_nodes_off_poles
 from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.tables.mie.axes import (
     DEFAULT_SPREAD,
@@ -212,11 +212,17 @@ def resample(values: Array, places: Array, weights: Array) -> Array:
 def disc_grid(theta: Array, disc_rad: float) -> tuple[Array, Array]:
     """Nodes and weights over a disc about each angle: (U, n) each, padded with weight 0."""
     # The finest fringes that a spread of 2 % leaves turn by 6000 rad per rad.
-    count = 24 + int(4000.0 * disc_rad)
-    discs = [disc_nodes(float(t), disc_rad, count) for t in theta]
-    most = max(len(angles) for angles, _ in discs)
-    nodes, weights = np.zeros((len(discs), most)), np.zeros((len(discs), most))
-    for u, (angles, shares) in enumerate(discs):
+    count = 24 + int(4000.0 * disc_rad) if disc_rad > 0.0 else 1
+    covering = np.minimum(theta, np.pi - theta) < disc_rad
+    discs = {int(u): disc_nodes(float(theta[u]), disc_rad, count) for u in np.flatnonzero(covering)}
+    most = max((len(angles) for angles, _ in discs.values()), default=count)
+    nodes, weights = np.zeros((len(theta), most)), np.zeros((len(theta), most))
+    if disc_rad > 0.0:
+        off = disc_nodes_off_poles(theta[~covering], disc_rad, count)
+        nodes[~covering, :count], weights[~covering, :count] = off
+    else:
+        nodes[:, 0], weights[:, 0] = theta, 1.0
+    for u, (angles, shares) in discs.items():
         nodes[u, : len(angles)], weights[u, : len(shares)] = angles, shares
     return nodes, weights
 
