@@ -13,10 +13,16 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, Float32, Progress, Steps, floats, no_progress
-from rtbow.base.cache import file_digest, forget_oldest, keep_arrays, kept_arrays, source_digest
+from rtbow.base.cache import (
+    Arrays,
+    file_digest,
+    forget_oldest,
+    keep_arrays,
+    kept_arrays,
+    source_digest,
+)
 from rtbow.base.resources import resource_dir
 from rtbow.physics.drop.airy import SCALE_POWER, Bow, bow
 from rtbow.physics.drop.medium import Medium
@@ -189,7 +195,7 @@ class KeptMixtures:
             )
         )  # fmt: skip
 
-    def _built(self, sizes: Sizes, disc_rad: float) -> dict[str, NDArray[np.generic]]:
+    def _built(self, sizes: Sizes, disc_rad: float) -> Arrays:
         tabled = tabled_sizes(sizes) if self.theory == "mie" else sizes
         single = self._single(tabled.range_um)
         nm = self.wavelength_nm
