@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import wraps
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
@@ -332,15 +334,43 @@ def drawing_options(size: str, example: str, exposure: str) -> Option:
 # --- Progress ----------------------------------------------------------------------------------
 
 
+_SLOW_S = 2.0
+"""Seconds after which a pipe, too, is told what is being built."""
+
+
 def progress_bar(label: str, quiet: bool, unit: str = "row") -> Progress:
-    """Give a wrapper that shows a bar on a terminal and nothing in a pipe."""
+    """Give a wrapper that shows a bar on a terminal.
+
+    A pipe sees one line where something is built (:class:`rtbow.base.arrays.Steps`) and that takes
+    longer than two seconds, and nothing else.
+    """
 
     def wrap(items: Iterable[int]) -> Iterable[int]:
         from tqdm import tqdm
 
+        from rtbow.base.arrays import Steps, labelled
+
+        text = labelled(label, items)
+        if isinstance(items, Steps) and not quiet and not _on_terminal():
+            return _told_when_slow(text, items)
         # disable=None: only where stderr is a terminal.
         hidden = True if quiet else None
-        bar: Iterable[int] = tqdm(items, desc=label, unit=unit, leave=False, disable=hidden)
+        bar: Iterable[int] = tqdm(items, desc=text, unit=unit, leave=False, disable=hidden)
         return bar
 
     return wrap
+
+
+def _on_terminal() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
+def _told_when_slow(text: str, items: Iterable[int]) -> Iterator[int]:
+    """Go through a loop, and write a line on stderr if it is not done after a while."""
+    timer = threading.Timer(_SLOW_S, click.echo, (text,), {"err": True})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield from items
+    finally:
+        timer.cancel()

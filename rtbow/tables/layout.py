@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -94,15 +95,22 @@ class AngleAxis:
         """Angles of the texels, ascending."""
         low, high = self.ends
         wanted = np.linspace(low, high, max(2, math.ceil(high - low) + 1))
-        # Bisection: the place only grows.
-        lower, upper = np.full(len(wanted), self.low), np.full(len(wanted), self.high)
-        for _ in range(60):
-            middle = 0.5 * (lower + upper)
-            below = self.place(middle) < wanted
-            lower, upper = np.where(below, middle, lower), np.where(below, upper, middle)
-        angles = 0.5 * (lower + upper)
-        angles[0], angles[-1] = self.low, self.high
-        return floats(angles)
+        return ascending_inverse(self.place, wanted, self.low, self.high)
+
+
+def ascending_inverse(
+    place: Callable[[Array], Array], wanted: Array, low: float, high: float
+) -> Array:
+    """Give the angles (n,) between two ends at which places (n,) that only grow are reached; the
+    first and the last are the ends themselves."""
+    lower, upper = np.full(len(wanted), low), np.full(len(wanted), high)
+    for _ in range(60):
+        middle = 0.5 * (lower + upper)
+        below = place(middle) < wanted
+        lower, upper = np.where(below, middle, lower), np.where(below, upper, middle)
+    angles = 0.5 * (lower + upper)
+    angles[0], angles[-1] = low, high
+    return floats(angles)
 
 
 def angle_axis(

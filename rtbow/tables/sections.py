@@ -16,7 +16,13 @@ from rtbow.base.compiled import compiled, prange
 from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, bows
-from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at, running_at, running_grid
+from rtbow.physics.drop.airy_compiled import (
+    AIRY_LOW,
+    airy_grid,
+    airy_squared_at,
+    running_at,
+    running_grid,
+)
 from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import Sizes
 from rtbow.tables.airy import AiryTable, airy_table
@@ -97,26 +103,64 @@ class AirySections:
     ) -> Array:
         """Give the mean over drops of several sizes, (W, U, 2).
 
-        Airy's function averaged over the cell of each size, on angles that are dense about the
-        bows, and the disc by quadrature on them.
+        Airy's function depends on size, wavelength, bow and angle through z alone, and z is a
+        product of what the size gives and of what the others do. So its mean over sizes is one
+        function for all wavelengths and both bows, tabled first; the disc is averaged by
+        quadrature.
         """
-        axes = standard_axes(DEFAULT_SPREAD, index_range_of(self.index))
         nodes, weights = disc_grid(floats(theta_rad), disc_rad)
-        out = np.empty((len(self.index), len(theta_rad), 2))
+        out = np.zeros((len(self.index), len(theta_rad), 2))
         the_bows = bows(self.orders, self.wavelength_m, self.index)
-        powers = sizes.edges_m**SCALE_POWER, sizes.share * sizes.radius_m**RADIUS_POWER
-        for w, m in enumerate(self.index):
-            theta = axes.angles(float(m))
-            values = np.zeros((len(theta), 2))
-            for b in the_bows:
-                excess = b.side * (theta - b.angle_rad[w])
-                shape = airy_mixture(
-                    float(b.scale[w]), excess, *powers, running_grid(), airy_grid()
-                )
-                strength = np.array([b.perpendicular[w], b.parallel[w]])
-                values += shape[:, None] * strength
-            out[w] = resample(values, axes.angle_places(nodes, float(m)), weights)
+        mixture = _AiryMixture.of(sizes, max(float(b.scale.max()) for b in the_bows))
+        for b in the_bows:
+            for w, scale in enumerate(b.scale):
+                reach = scale * b.side * (nodes - b.angle_rad[w])
+                shape = resample(mixture.values, mixture.place(reach), weights)
+                out[w] += shape * floats([b.perpendicular[w], b.parallel[w]])
         return out
+
+
+_MIXTURE_STEP = 0.03
+"""Distance in z of the largest drop at which the mean over sizes is tabled, up to..."""
+_MIXTURE_EVEN = 60.0
+"""...this z, and in proportion to z beyond, where a mixture's fringes have averaged out."""
+
+
+@dataclass(frozen=True)
+class _AiryMixture:
+    """Airy's function averaged over sizes.
+
+    Attributes:
+        largest: z of the largest drop over the reach that :meth:`place` takes.
+        ends: z of the first and the last value, of the largest drop.
+        values: sum of share · radius^(7/3) · Ai²(-z) (n, 1), even along the places.
+    """
+
+    largest: float
+    ends: tuple[float, float]
+    values: Array
+
+    @classmethod
+    def of(cls, sizes: Sizes, greatest_scale: float) -> _AiryMixture:
+        """Sum over sizes, for bows up to a scale (:attr:`Bow.scale`)."""
+        edges = sizes.edges_m**SCALE_POWER
+        # On the dark side the smallest drops reach farthest.
+        ends = AIRY_LOW * float(edges[-1] / edges[0]), greatest_scale * np.pi * float(edges[-1])
+        first, last = (_mixture_place(floats(z)) for z in ends)
+        count = int(np.ceil(last - first)) + 4
+        z = _MIXTURE_EVEN * np.sinh((first + np.arange(count)) * _MIXTURE_STEP / _MIXTURE_EVEN)
+        weight = sizes.share * sizes.radius_m**RADIUS_POWER
+        summed = airy_mixture(1.0, z / edges[-1], edges, weight, running_grid(), airy_grid())
+        return cls(float(edges[-1]), ends, summed[:, None])
+
+    def place(self, reach: Array) -> Array:
+        """Place along the values of what z is per radius^(2/3), any shape."""
+        z = np.clip(self.largest * reach, *self.ends)
+        return floats(_mixture_place(z) - _mixture_place(floats(self.ends[0])))
+
+
+def _mixture_place(z: Array) -> Array:
+    return floats(_MIXTURE_EVEN / _MIXTURE_STEP * np.arcsinh(z / _MIXTURE_EVEN))
 
 
 @compiled(parallel=True)

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Float32, Progress, no_progress
+from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.physics.air.earth_shadow import edge_height_m, shadow_reaches
 from rtbow.physics.drop.airy import bow_width
 from rtbow.physics.drop.medium import Medium
-from rtbow.physics.sizes import tabled_sizes
 from rtbow.scene.lights import TIME_AND_PLACE
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
+from rtbow.tables.mixtures import KeptMixtures
 from rtbow.world.camera import View, view_of
 from rtbow.world.inputs import InputFile, input_files
 from rtbow.world.lights import Sun, lamps, light_notes, suns
@@ -67,6 +67,19 @@ class Scatterer:
             self.theory, wavelength_nm, self.medium, radii_um,
             orders=self.orders, spread=self.spread, progress=progress,
         )  # fmt: skip
+
+    def mixtures(self, wavelength_nm: Array, progress: Progress = no_progress) -> Sections:
+        """Give the cross-sections of drops of mixed sizes at wavelengths in air (W,).
+
+        Their tables are kept: nothing is built or read before a mixture is asked for.
+
+        Args:
+            wavelength_nm: the wavelengths.
+            progress: wraps the work where a table must be built.
+        """
+        return KeptMixtures(
+            self.theory, self.orders, self.medium, self.spread, floats(wavelength_nm), progress
+        )
 
 
 @dataclass(frozen=True)
@@ -142,14 +155,6 @@ class World:
         """Width of the main bow of the largest drops, rad."""
         return bow_width(self.volume.size_range_um[1] * 1e-6, self.scatterer.medium.bow_unit)
 
-    @property
-    def tabled_range_um(self) -> tuple[float, float]:
-        """Least and greatest radius that a table of the drops' cross-sections must hold."""
-        sizes = self.volume.sizes
-        if sizes is not None and self.scatterer.theory == "mie":
-            return tabled_sizes(sizes).range_um
-        return self.volume.size_range_um
-
     def sections(self, progress: Progress = no_progress) -> Sections:
         """Give cross-sections of the drops at the world's wavelengths, built when first asked for.
 
@@ -161,7 +166,11 @@ class World:
         """
         if "sections" not in self._tables:
             nm = self.optics.wavelength_nm
-            self._tables["sections"] = self.scatterer.sections(nm, self.tabled_range_um, progress)
+            self._tables["sections"] = (
+                self.scatterer.sections(nm, self.volume.size_range_um, progress)
+                if self.volume.sizes is None
+                else self.scatterer.mixtures(nm, progress)
+            )
         return self._tables["sections"]
 
     def moments(self) -> Float32:

@@ -11,6 +11,8 @@ from PIL import Image
 
 from command_line import FAST, SMALL, Result, contents, execute
 from rtbow import __version__
+from rtbow.base.arrays import Steps
+from rtbow.cli import options
 from rtbow.frames.image import read_exr
 from scene_samples import UNIFORM
 
@@ -163,6 +165,34 @@ def test_each_headless_backend(call, backend):
 def test_a_pipe_sees_no_progress(tmp_path, method):
     args = ("render", "uniform", "-o", "x.exr", "--size", "8x20", "--method", method)
     assert execute(*args, cwd=tmp_path) == Result(0, "x.exr\n", "")
+
+
+def test_a_pipe_is_told_what_is_built_if_that_is_slow(monkeypatch, capsys):
+    timers = []
+
+    class Timer:
+        daemon = False
+
+        def __init__(self, after_s, call, args, kwargs):
+            self.fire, self.cancelled = lambda: call(*args, **kwargs), False
+            timers.append(self)
+
+        def start(self):
+            pass
+
+        def cancel(self):
+            self.cancelled = True
+
+    monkeypatch.setattr(options.threading, "Timer", Timer)
+    progress = options.progress_bar("building the table", False)
+    for _ in progress(Steps(1, "a mixture")):
+        timers[0].fire()
+    assert capsys.readouterr().err == "building the table: a mixture\n"
+    assert timers[0].cancelled
+    # Neither what is drawn nor what was asked to be quiet.
+    assert list(options.progress_bar("rendering", False)(range(2))) == [0, 1]
+    assert list(options.progress_bar("building the table", True)(Steps(2, "it"))) == [0, 1]
+    assert len(timers) == 1
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import GlProgram
 from rtbow.physics.drop import airy
-from rtbow.physics.sizes import Sizes, tabled_sizes
+from rtbow.physics.sizes import Sizes
 from rtbow.render.colours.basis import LightBasis
 from rtbow.render.uniforms import bow_defines, bow_rows, dark_edges
 from rtbow.tables.airy import airy_table, shader_constants
@@ -75,6 +75,11 @@ def outcomes(
     """
     if drops.on_device:
         return _bake(gl, drops, light, theta, disc_rad, components=components)
+    if drops.mixture is not None:
+        # Its cross-sections are kept, for every view and sun; the sum over wavelengths is short.
+        return _from_sections(
+            drops, light, theta, disc_rad, components=components, progress=progress
+        )
     # Imported here, with the compiler of what is summed on the CPU.
     from rtbow.tables.mie.store import COMPACT_FILE
 
@@ -83,8 +88,6 @@ def outcomes(
             source_digest("base.limits", "physics", "tables", "render.colours"),
             file_digest(COMPACT_FILE),
             drops.scatterer, drops.radius_m.tobytes(),
-            None if drops.mixture is None else
-            (drops.mixture.radius_m.tobytes(), drops.mixture.share.tobytes()),
             light.wavelength_nm.tobytes(), light.weights.tobytes(), theta.tobytes(), disc_rad,
             components,
         )
@@ -109,11 +112,11 @@ def _from_sections(
 ) -> Float32:  # fmt: skip
     """Sum tabled cross-sections on the CPU, some rows of radius at a time."""
     scatterer, radii = drops.scatterer, drops.radius_m
-    range_um = float(radii[0] * 1e6), float(radii[-1] * 1e6)
-    if drops.mixture is not None:
-        mixed = tabled_sizes(drops.mixture) if scatterer.theory == "mie" else drops.mixture
-        range_um = mixed.range_um
-    sections = scatterer.sections(light.wavelength_nm, range_um, progress)
+    if drops.mixture is None:
+        range_um = float(radii[0] * 1e6), float(radii[-1] * 1e6)
+        sections = scatterer.sections(light.wavelength_nm, range_um, progress)
+    else:
+        sections = scatterer.mixtures(light.wavelength_nm, progress)
     parts = []
     for start in range(0, len(radii), _ROWS_AT_A_TIME):
         block = radii[start : start + _ROWS_AT_A_TIME]

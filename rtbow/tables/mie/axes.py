@@ -174,12 +174,13 @@ class MieAxes:
         for edge in self._edges:
             start = np.arcsinh(-edge / _BOW_WIDTH)
             place = place + self.per_fold * (np.arcsinh((theta - edge) / _BOW_WIDTH) - start)
-        place = place + self.per_forward_fold * _pole_place(theta)
-        backward = _pole_place(floats(np.pi)) - _pole_place(np.pi - theta)
+        place = place + self.per_forward_fold * pole_place(theta)
+        backward = pole_place(floats(np.pi)) - pole_place(np.pi - theta)
         return floats(place + self.per_backward_fold * backward)
 
 
-def _pole_place(distance: Array) -> Array:
+def pole_place(distance: Array) -> Array:
+    """Place of distances from a pole (rad) along an axis with one node per factor e of them."""
     # The difference of two such densities: the nearer one, which the farther one ends.
     return floats(np.arcsinh(distance / _POLE_WIDTH) - np.arcsinh(distance / _POLE_END))
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import astuple, dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Progress, floats, no_progress
+from rtbow.base.arrays import Array, Progress, Steps, floats, no_progress
 from rtbow.base.cache import forget_arrays, keep_arrays, kept_arrays, source_digest
 from rtbow.base.jobs import in_processes, on_cluster
 from rtbow.tables.mie.average import coherent, mean_efficiency, node_intensities
@@ -127,7 +127,9 @@ def build_mie_table(
         else in_processes(compute_part, todo, min(workers, len(todo) or 1))
     )
     if todo:
-        for part, arrays in _with_progress(results, len(found), len(every), progress):
+        low, high = radii_um
+        steps = Steps(len(every), f"exact theory of drops of {low:g} to {high:g} um")
+        for part, arrays in _with_progress(results, len(found), progress(steps)):
             arrays["values"] = arrays["values"].astype(np.float32)
             keep_arrays("mie-part", part.key, arrays)
             found[part] = arrays
@@ -159,10 +161,10 @@ def _cores() -> int:
     return os.cpu_count() or 1
 
 
-def _with_progress(results: Results, done: int, count: int, progress: Progress) -> Results:
+def _with_progress(results: Results, done: int, wrapped: Iterable[int]) -> Results:
     # The hook wraps a loop over numbers; results come as they are ready. What was done before
     # shows as done.
-    steps = iter(progress(range(count)))
+    steps = iter(wrapped)
     for _ in range(done):
         next(steps, None)
     for result in results:

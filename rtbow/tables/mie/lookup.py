@@ -17,7 +17,7 @@ from rtbow.base.compiled import compiled, prange
 from rtbow.base.errors import InputError
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.airy import PRIMARY_UNIT, bow_unit
-from rtbow.physics.light.disc import disc_nodes
+from rtbow.physics.light.disc import disc_nodes, disc_nodes_off_poles
 from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.tables.mie.axes import (
     DEFAULT_SPREAD,
@@ -102,16 +102,34 @@ class MieTable:
         mixed = np.tensordot(self.axes.index_weights(m), held, axes=(0, 0))
         return _mix_rows(_spline(mixed), start, weights)
 
-    def mixed(self, x: Array, weights: Array, m: float, part: slice = slice(None)) -> Array:
-        """Look up the sum of |S|²/x² over sizes x (R,) with weights (R,), (2, T)."""
-        rows, start, shares = self._rows(x)
-        held = self.values[:, rows, :, part]
-        mixed = np.tensordot(self.axes.index_weights(m), held, axes=(0, 0))
-        # Sums first: one weight per row of the spline's coefficients.
-        of_row = np.zeros(len(mixed))
-        for k in range(4):
-            np.add.at(of_row, start + k, weights * shares[:, k])
-        return floats(np.tensordot(of_row, _spline(mixed), axes=(0, 0)))
+    def mixed(self, x: Array, weights: Array, m: Array, part: slice = slice(None)) -> Array:
+        """Look up sums of |S|²/x² over sizes, for several indices at once.
+
+        Args:
+            x: size parameters (W, R).
+            weights: of the sizes (R,).
+            m: relative indices (W,).
+            part: of the table's own angles at each index (:meth:`MieAxes.angles`).
+
+        Returns:
+            (W, 2, T), T the angles of the part.
+        """
+        # All of it is linear in the table: first what each of its rows counts, then one product.
+        counts = np.zeros((len(m), *self.values.shape[:2]))
+        for k, index_weights in enumerate(self.axes.index_weights(floats(m))):
+            rows, start, shares = self._rows(x[k])
+            of_row = np.zeros(rows.stop - rows.start)
+            for j in range(4):
+                np.add.at(of_row, start + j, weights * shares[:, j])
+            of_row = of_row @ _spline(np.eye(len(of_row)))
+            counts[k, :, rows] = np.outer(index_weights, of_row)
+        used = np.flatnonzero(counts.any(axis=(0, 1)))
+        rows = slice(int(used[0]), int(used[-1]) + 1)
+        total = np.zeros((len(m), 2 * len(range(*part.indices(self.values.shape[3])))))
+        for j, values in enumerate(self.values):
+            held = floats(values[rows, :, part]).reshape(rows.stop - rows.start, -1)
+            total += counts[:, j, rows] @ held
+        return floats(total.reshape(len(m), 2, -1))
 
     def extinction_efficiency(self, x: Array, m: float) -> Array:
         """Look up Q_ext at sizes x (R,)."""
@@ -194,11 +212,17 @@ def resample(values: Array, places: Array, weights: Array) -> Array:
 def disc_grid(theta: Array, disc_rad: float) -> tuple[Array, Array]:
     """Nodes and weights over a disc about each angle: (U, n) each, padded with weight 0."""
     # The finest fringes that a spread of 2 % leaves turn by 6000 rad per rad.
-    count = 24 + int(4000.0 * disc_rad)
-    discs = [disc_nodes(float(t), disc_rad, count) for t in theta]
-    most = max(len(angles) for angles, _ in discs)
-    nodes, weights = np.zeros((len(discs), most)), np.zeros((len(discs), most))
-    for u, (angles, shares) in enumerate(discs):
+    count = 24 + int(4000.0 * disc_rad) if disc_rad > 0.0 else 1
+    covering = np.minimum(theta, np.pi - theta) < disc_rad
+    discs = {int(u): disc_nodes(float(theta[u]), disc_rad, count) for u in np.flatnonzero(covering)}
+    most = max((len(angles) for angles, _ in discs.values()), default=count)
+    nodes, weights = np.zeros((len(theta), most)), np.zeros((len(theta), most))
+    if disc_rad > 0.0:
+        off = disc_nodes_off_poles(theta[~covering], disc_rad, count)
+        nodes[~covering, :count], weights[~covering, :count] = off
+    else:
+        nodes[:, 0], weights[:, 0] = theta, 1.0
+    for u, (angles, shares) in discs.items():
         nodes[u, : len(angles)], weights[u, : len(shares)] = angles, shares
     return nodes, weights
 
@@ -275,10 +299,13 @@ class MieSections:
         :meth:`sections`."""
         sizes = tabled_sizes(sizes)
         nodes, weights = disc_grid(floats(theta_rad), disc_rad)
+        found = [self._part(nodes, float(m)) for m in self.index]
+        low, high = min(part.start for part, _ in found), max(part.stop for part, _ in found)
+        x = 2.0 * np.pi * sizes.radius_m / self.wavelength_m[:, None]
+        shares = sizes.share * sizes.radius_m**2
+        values = self.table.mixed(x, shares, self.index, slice(low, high))
         out = np.empty((len(self.index), len(theta_rad), 2))
-        for w, (wavelength, m) in enumerate(zip(self.wavelength_m, self.index, strict=True)):
-            x = 2.0 * np.pi * sizes.radius_m / wavelength
-            part, places = self._part(nodes, float(m))
-            values = self.table.mixed(x, sizes.share * sizes.radius_m**2, float(m), part)
-            out[w] = resample(np.ascontiguousarray(values.T), places, weights)
+        for w, (part, places) in enumerate(found):
+            own = values[w, :, part.start - low : part.stop - low]
+            out[w] = resample(np.ascontiguousarray(own.T), places, weights)
         return out

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtbow.base.arrays import Progress
+from rtbow.base.arrays import Progress, labelled
 from rtbow.base.errors import RtbowError
 from rtbow.view.document.messages import (
     Begun,
@@ -213,7 +213,7 @@ class Server:
         """Wrap loops so that they report progress, and end once they are superseded."""
 
         def wrap(items: Any) -> Iterator[Any]:
-            listed = list(items)
+            listed, label = list(items), labelled(what, items)
             for done, item in enumerate(listed):
                 yield item
                 now = time.perf_counter()
@@ -223,7 +223,7 @@ class Server:
                 self._receive()
                 if until_newer and any(isinstance(r, DrawFrame) for r in self._waiting):
                     raise SupersededError
-                self._pipe.send(Progressed(request.number, (done + 1) / len(listed), what))
+                self._pipe.send(Progressed(request.number, (done + 1) / len(listed), label))
 
         return wrap
 
