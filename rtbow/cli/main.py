@@ -23,8 +23,8 @@ from rtbow.cli.bench import bench
 from rtbow.cli.chart import chart
 from rtbow.cli.figures import figures
 from rtbow.cli.info import info
-from rtbow.cli.new import new
 from rtbow.cli.render import render
+from rtbow.cli.scenes.new import new
 from rtbow.cli.table import table
 from rtbow.cli.view import view
 

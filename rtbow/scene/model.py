@@ -123,6 +123,8 @@ class Camera(Table):
     def _looks_at_angles(cls, data: Any) -> Any:
         """Take ``look = [azimuth, altitude]`` as these two angles."""
         look = data.get("look") if isinstance(data, dict) else None
+        if isinstance(look, str):  # angles that an override leaves out follow from it
+            return {k: v for k, v in data.items() if k not in LOOKED_AT or v is not None}
         if not isinstance(look, list | tuple):
             return data
         if not _are_angles(look):

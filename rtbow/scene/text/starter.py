@@ -23,7 +23,7 @@ size_px = [1280, 720]
 _LAMP_VIEW = """\
 [camera]
 position_m = [0.0, 7.0, 1.6]       # east, north, up: 7 m north of the lamp
-look = "bow-top"                   # or "antisolar" (away from the lamp), "lamp", [azimuth, altitude]
+look = "bow-top"                   # or "lamp", "antisolar" (away from it), [azimuth, altitude]
 fov_deg = 100.0                    # horizontal
 size_px = [1280, 720]
 """
