@@ -358,6 +358,10 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _aimed(self) -> Self:
+        self._aim()
+        return self
+
+    def _aim(self) -> None:
         """Fill in where rain around the camera is, and where a camera looks that follows a light.
 
         What follows is no value that was given, so that it is worked out anew with other lights.
@@ -369,7 +373,6 @@ class Scene(Table):
         if camera.look is not None:
             angles = dict(zip(LOOKED_AT, self._look_deg(camera.look), strict=True))
             object.__setattr__(self, "camera", self._following(camera, angles, "look"))
-        return self
 
     def _following(
         self, table: _AnyTable, values: dict[str, Any], source: Literal["look", "around_m"]
@@ -462,7 +465,9 @@ class Scene(Table):
         Raises:
             ValidationError: the camera looks at a light that the scene lacks.
         """
-        return self.model_copy(update={"camera": camera})._aimed()
+        copy = self.model_copy(update={"camera": camera})
+        copy._aim()
+        return copy
 
     def with_right(self, right: "Scene") -> Self:
         """Return the same scene with the scene of the right part of its ``compare``."""

@@ -36,9 +36,9 @@ class SunAt(NamedTuple):
         """
         if isinstance(value, SunAt):
             return value
-        parts = value.split(",") if isinstance(value, str) else value
+        parts: Any = value.split(",") if isinstance(value, str) else value  # whatever it is
         try:
-            latitude, longitude, when = parts  # type: ignore[misc]  # whatever it is
+            latitude, longitude, when = parts
             place = float(latitude), float(longitude)
         except (TypeError, ValueError):
             raise InputError(
