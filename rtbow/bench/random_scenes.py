@@ -9,6 +9,7 @@ import numpy as np
 
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
+from rtbow.scene.text.sun import SunAt
 
 _NAME = re.compile(r"random-([1-9][0-9]{0,5})")
 _SIZES = ("160, 90", "320, 180", "640, 360", "1280, 720")
@@ -21,14 +22,15 @@ def random_seed(name: str | None) -> int | None:
     return int(match[1]) if match else None
 
 
-def random_scene(seed: int, overrides: Mapping[str, object]) -> Scene:
+def random_scene(seed: int, overrides: Mapping[str, object], sun: SunAt | None = None) -> Scene:
     """Draw a scene of suns or lamps, drops, air and rain as people make them.
 
     Args:
         seed: the same one draws the same scene.
         overrides: values by dotted key, as for :func:`rtbow.scene.text.file.load_scene`.
+        sun: where and when the first sun is seen.
     """
-    return scene_from_text(random_text(seed), f"random-{seed}", overrides=overrides)
+    return scene_from_text(random_text(seed), f"random-{seed}", overrides=overrides, sun=sun)
 
 
 def random_text(seed: int) -> str:

@@ -34,6 +34,7 @@ from rtbow.gl.context import Backend, open_context
 from rtbow.render.renderer import METHODS, MethodName, Renderer
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import builtin_scenes, load_scene
+from rtbow.scene.text.sun import SunAt
 
 DEFAULT_SIZE = (640, 360)
 DEFAULT_ERROR_PIXELS = 400
@@ -82,6 +83,7 @@ class Plan:
         frames: timed frames of a row; None: as many as suit the time that one takes.
         error_pixels: how many pixels are compared with the reference; None is all, 0 none.
         command: what the user typed, which each row records.
+        sun: a place and a time that put the first sun of every scene.
     """
 
     size_px: tuple[int, int] = DEFAULT_SIZE
@@ -92,6 +94,7 @@ class Plan:
     frames: int | None = None
     error_pixels: int | None = DEFAULT_ERROR_PIXELS
     command: str = ""
+    sun: SunAt | None = None
 
     def __post_init__(self) -> None:
         known = shader_methods()
@@ -137,9 +140,9 @@ class Plan:
         overrides = {**size, **self.settings, **changes}
         seed = random_seed(name)
         if seed is not None:
-            return random_scene(seed, overrides)
+            return random_scene(seed, overrides, self.sun)
         try:
-            return load_scene(name, overrides)
+            return load_scene(name, overrides, self.sun)
         except InputError as error:
             if name is None or name.lower().endswith(".toml") or name in builtin_scenes():
                 raise

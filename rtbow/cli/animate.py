@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import date
-from typing import TYPE_CHECKING
+from datetime import date, datetime
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -27,33 +28,76 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class _Day:
-    """A place and a date, with the text that was typed."""
+class _Path:
+    """A place and perhaps a date, with the text that was typed."""
 
     text: str
     latitude_deg: float
     longitude_deg: float
-    day: date
+    day: date | None
 
-    def positions(self, count: int) -> tuple[SunPosition, ...]:
-        from rtbow.physics.light.sun_position import sun_path
+    def positions(
+        self, count: int, hours: tuple[datetime | None, datetime | None]
+    ) -> tuple[SunPosition, ...]:
+        """Give where the sun is seen in each frame: along the day, or between two times."""
+        from rtbow.physics.light.sun_position import sun_between, sun_path
 
+        start, end = hours
+        place = self.latitude_deg, self.longitude_deg
+        if self.day is not None:
+            if start is not None or end is not None:
+                raise InputError(
+                    f"--sun-path {self.text}: has a date, whose whole day the sun takes; leave it"
+                    " out, or --from and --to"
+                )
+            return self._named(lambda day: sun_path(*place, day, count), self.day)
+        if start is None or end is None:
+            raise InputError(
+                f"--sun-path {self.text}: is not {_A_DAY}; or add --from and --to with two times,"
+                " such as 2024-12-21T14:00+01:00"
+            )
+        if end <= start:
+            raise InputError(
+                f"--to {end.isoformat()}: must be later than --from {start.isoformat()}"
+            )
+        return self._named(lambda ends: sun_between(*place, *ends, count), (start, end))
+
+    def _named(
+        self, path: Callable[[_Times], tuple[SunPosition, ...]], times: _Times
+    ) -> tuple[SunPosition, ...]:
         try:
-            return sun_path(self.latitude_deg, self.longitude_deg, self.day, count)
+            return path(times)
         except InputError as error:
             raise InputError(f"--sun-path {self.text}: {error}") from None
 
 
-def _place_and_date(value: str) -> _Day:
-    """Read ``48.1,11.6,2024-12-21``."""
+_Times = TypeVar("_Times")
+_A_DAY = (
+    "a place and a date; write latitude, longitude (degrees, north and east positive) and date,"
+    " such as 48.1,11.6,2024-12-21"
+)
+
+
+def _place_and_date(value: str) -> _Path:
+    """Read ``48.1,11.6,2024-12-21``, or the place alone."""
     try:
-        latitude, longitude, day = value.split(",")
-        return _Day(value, float(latitude), float(longitude), date.fromisoformat(day.strip()))
+        latitude, longitude, *days = value.split(",")
+        if len(days) > 1:
+            raise ValueError
+        day = date.fromisoformat(days[0].strip()) if days else None
+        return _Path(value, float(latitude), float(longitude), day)
     except ValueError:
-        raise click.BadParameter(
-            f"{value!r} is not a place and a date; write latitude, longitude (degrees, north"
-            " and east positive) and date, such as 48.1,11.6,2024-12-21"
-        ) from None
+        raise click.BadParameter(f"{value!r} is not {_A_DAY}") from None
+
+
+def _moment(value: Any) -> datetime:
+    """Read a date and time; without an offset from UTC it is in UTC."""
+    from rtbow.scene.text.sun import moment
+
+    try:
+        return moment(value)
+    except InputError as error:
+        raise click.BadParameter(str(error)) from None
 
 
 @click.command()
@@ -68,10 +112,19 @@ def _place_and_date(value: str) -> _Day:
 @click.option(
     "--sun-path",
     type=_place_and_date,
-    metavar="LAT,LON,DATE",
+    metavar="LAT,LON[,DATE]",
     help="Move light 0, a sun, from sunrise to sunset of a date and place (degrees, north and east"
-    " positive), such as 48.1,11.6,2024-12-21; from midnight to midnight where it does not set.",
+    " positive), such as 48.1,11.6,2024-12-21; from midnight to midnight where it does not set."
+    " Without a date, from --from to --to.",
 )
+@click.option(
+    "--from",
+    "start",
+    type=_moment,
+    metavar="TIME",
+    help="First time of --sun-path LAT,LON, such as 2024-12-21T14:00+01:00; without +01:00 in UTC.",
+)
+@click.option("--to", "end", type=_moment, metavar="TIME", help="Last time of --sun-path LAT,LON.")
 @click.option(
     "--frames",
     "count",
@@ -106,7 +159,9 @@ def _place_and_date(value: str) -> _Day:
 def animate(
     scene: str | None,
     keys: tuple[str, ...],
-    sun_path: _Day | None,
+    sun_path: _Path | None,
+    start: datetime | None,
+    end: datetime | None,
     count: int,
     outputs: tuple[str, ...],
     overwrite: bool,
@@ -126,7 +181,11 @@ def animate(
         raise InputError(
             "nothing moves; add --key, such as --key light.0.altitude_deg=2:40, or --sun-path"
         )
-    overrides = drawing.overrides()
+    if sun_path is None and (start is not None or end is not None):
+        raise InputError("--from and --to go with --sun-path LAT,LON; add it")
+    if sun_path is not None and drawing.sun is not None:
+        raise InputError("--sun-path moves the sun, and --sun places it; leave one of the two out")
+    overrides = drawing.placed(scene)
     from rtbow.frames.film import DEFAULT_FPS, check_fps
     from rtbow.sequence import run as sequence
     from rtbow.sequence.animation import parse_move, plan_animation
@@ -138,7 +197,7 @@ def animate(
         check_fps(fps)
         if not wanted.films:
             raise InputError(f"--fps {fps:g} goes with a film; add one, such as -o film.mp4")
-    positions = () if sun_path is None else sun_path.positions(count)
+    positions = () if sun_path is None else sun_path.positions(count, (start, end))
     animation = plan_animation(scene, overrides, count, moves, positions)
     report = sequence.animate(
         animation,
@@ -154,7 +213,7 @@ def animate(
     if not quiet:
         for output in outputs:
             click.echo(output)
-        for note in report.notes:
+        for note in (*drawing.notes(animation.scene), *animation.notes(), *report.notes):
             click.echo(f"note: {note}", err=True)
         click.echo(_summary(report, drawing.method), err=True)  # apart from the names, for scripts
         left = frames_beyond(wanted, count)

@@ -20,12 +20,14 @@ from rtbow.cli.options import (
     scene_name,
     set_option,
     size_option,
+    sun_option,
 )
 
 if TYPE_CHECKING:
     from rtbow.base.arrays import Progress
     from rtbow.bench.row import BenchRow
     from rtbow.bench.run import Plan, Show
+    from rtbow.scene.text.sun import SunAt
 
 _ALL = "all"
 
@@ -63,6 +65,7 @@ def _pixel_count(value: str) -> int | str:
     "Largest error that method fast may make, a row each. May be repeated.", multiple=True
 )
 @set_option("droplets.extinction=true")
+@sun_option
 @click.option(
     "--frames",
     type=WholeNumber(3, 10_000),
@@ -94,6 +97,7 @@ def bench(
     methods: tuple[str, ...],
     max_delta_e: tuple[float, ...],
     settings: tuple[str, ...],
+    sun: SunAt | None,
     frames: int | None,
     error_pixels: int | str | None,
     backend: Any,
@@ -126,7 +130,7 @@ def bench(
         raise InputError("--plot: speed is drawn against error; leave --error-pixels 0 out")
     if not scaling and scaling_limit_s is not None:
         raise InputError("--scaling-limit-s goes with --scaling; add it")
-    plan = _plan(size, methods, max_delta_e, settings, frames, error_pixels, backend)
+    plan = _plan(size, methods, max_delta_e, settings, sun, frames, error_pixels, backend)
     rows = _measured(scenes, plan, scaling, scaling_limit_s, _shown(quiet))
     written = []
     if json_file is not None:
@@ -149,6 +153,7 @@ def _plan(
     methods: tuple[str, ...],
     tolerances: tuple[float, ...],
     settings: tuple[str, ...],
+    sun: SunAt | None,
     frames: int | None,
     error_pixels: int | str | None,
     backend: Any,
@@ -169,6 +174,7 @@ def _plan(
         frames,
         None if isinstance(pixels, str) else pixels,
         shlex.join(["rtbow", *sys.argv[1:]]),
+        sun,
     )
 
 

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rtbow.base.arrays import Progress
     from rtbow.gl.context import Backend
     from rtbow.render.renderer import MethodName
+    from rtbow.scene.model import Scene
+    from rtbow.scene.text.sun import SunAt
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
@@ -98,6 +100,16 @@ def tolerable_error(value: Any) -> float:
             " out for the scene's render.max_delta_e"
         )
     return error
+
+
+def sun_at(value: Any) -> SunAt:
+    """Read a place and a time, such as ``59.9,10.7,2026-07-01T19:30+02:00``."""
+    from rtbow.scene.text.sun import SunAt
+
+    try:
+        return SunAt.of(value)
+    except InputError as error:
+        raise click.BadParameter(str(error)) from None
 
 
 def scene_name(value: Any) -> str:
@@ -214,6 +226,14 @@ quiet_option: Option = click.option(
     "-q", "--quiet", is_flag=True, help="Show no progress and print nothing."
 )
 
+sun_option: Option = click.option(
+    "--sun",
+    type=sun_at,
+    metavar="LAT,LON,TIME",
+    help="Put the first sun where it is seen from a place at a time (degrees, north and east"
+    " positive), such as 59.9,10.7,2026-07-01T19:30+02:00; without +02:00 the time is UTC.",
+)
+
 SPREAD_PERCENT = 2.0
 spread_option = number_option(
     "--spread",
@@ -263,7 +283,29 @@ class Drawing(NamedTuple):
     method: MethodName
     max_delta_e: float | None
     settings: tuple[str, ...]
+    sun: SunAt | None
     exposure: float | None
+
+    def placed(self, scene: str | None) -> dict[str, object]:
+        """Return the overrides of a scene by name, with what places its sun by ``--sun``.
+
+        Raises:
+            InputError: as :meth:`overrides`, or ``--sun`` does not go with the scene.
+        """
+        overrides = self.overrides()
+        if self.sun is None:
+            return overrides
+        from rtbow.scene.text.file import sun_overrides
+
+        return overrides | sun_overrides(scene, overrides, self.sun)
+
+    def notes(self, scene: Scene) -> tuple[str, ...]:
+        """Say where ``--sun`` has put the sun, and whether its bow is in the picture."""
+        if self.sun is None:
+            return ()
+        from rtbow.world.visibility import sun_notes
+
+        return sun_notes(scene)
 
     def overrides(self) -> dict[str, object]:
         """Return the overrides of the scene that ``--set``, ``--size`` and ``--max-delta-e`` give.
@@ -310,6 +352,7 @@ def drawing_options(size: str, example: str, exposure: str) -> Option:
             f" {DEFAULT_DELTA_E:g} by default."
         ),
         set_option(example),
+        sun_option,
         click.option(
             "--exposure",
             type=exposure_value,

@@ -21,6 +21,7 @@ from rtbow.cli.options import (
 if TYPE_CHECKING:
     from rtbow.render.renderer import Renderer
     from rtbow.scene.model import Scene
+    from rtbow.scene.text.sun import SunAt
 
 _STREAM = "-"
 """The name of standard input among scenes, and of standard output among outputs."""
@@ -79,7 +80,7 @@ def render(
 
     if seed is not None:
         overrides["droplets.seed"] = seed
-    loaded = _scene(scene, overrides)
+    loaded = _scene(scene, overrides, drawing.sun)
     if seed is not None and loaded.droplets.file is not None:
         raise InputError(
             f"--seed {seed}: the drops of {loaded.source_name} come from a volume file, not"
@@ -91,7 +92,7 @@ def render(
             progress_bar("rendering", quiet),
             progress_bar("building the table", quiet, "part"),
         )
-        notes = renderer.notes
+        notes = (*drawing.notes(loaded), *renderer.notes)
         metadata = frame_metadata(
             loaded,
             shlex.join(["rtbow", *sys.argv[1:]]),
@@ -126,17 +127,17 @@ def _check_stream(asked: bool, stream_format: str | None) -> None:
         )
 
 
-def _scene(name: str | None, overrides: dict[str, Any]) -> Scene:
+def _scene(name: str | None, overrides: dict[str, Any], sun: SunAt | None) -> Scene:
     """Read the scene of a name, or from standard input."""
     from rtbow.scene.text.file import load_scene, scene_from_stream
 
     if name != _STREAM:
-        return load_scene(name, overrides)
+        return load_scene(name, overrides, sun)
     if sys.stdin is None:
         raise InputError("<stdin>: is closed; send a scene there, as in rtbow render - < bow.toml")
     if sys.stdin.isatty():
         click.echo("reading a scene from the terminal; end it with Ctrl-D", err=True)
-    return scene_from_stream(sys.stdin.buffer, "<stdin>", overrides)
+    return scene_from_stream(sys.stdin.buffer, "<stdin>", overrides, sun)
 
 
 def _chosen(renderer: Renderer) -> str:

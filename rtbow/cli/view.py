@@ -43,10 +43,12 @@ def view(
     from rtbow.base.files import check_writable
     from rtbow.scene.text.file import load_scene, typed_override
 
-    overrides = drawing.overrides()
+    overrides = drawing.placed(scene)
     if screenshot is not None:
         check_writable(screenshot, (".png",))
     loaded = load_scene(scene, overrides)
+    for note in drawing.notes(loaded):
+        _say(f"note: {note}")
     from rtbow.view.app import Viewer
     from rtbow.view.document.edits import Opened
 

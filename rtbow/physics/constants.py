@@ -4,6 +4,10 @@ VISIBLE_NM = (380.0, 780.0)
 """Wavelength range of every spectral integral, nm (CIE 15 abridged range)."""
 
 
+YELLOW_NM = 589.3
+"""The sodium lines, nm in air: where a bow's radius is stated, unless it is of another colour."""
+
+
 LUMINOUS_EFFICACY_LM_PER_W = 683.0
 """K_m of the CIE photometric system, lm/W (683.002 for the 2019 cd; CIE 15 rounds)."""
 

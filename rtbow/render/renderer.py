@@ -29,7 +29,7 @@ from rtbow.scene.text.errors import shown
 if TYPE_CHECKING:
     from rtbow.gl.context import GlContext
     from rtbow.render.method import Method
-    from rtbow.world.world import World
+from rtbow.world.world import World
 
 MethodName = Literal["auto", "fast", "spectral", "reference"]
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
@@ -91,10 +91,15 @@ class Renderer:
     def notes(self) -> tuple[str, ...]:
         """What of the scene is not drawn as it stands, in words, such as sizes that are left out.
 
+        So are suns below the horizon, and bows of suns too high for them.
+
         Raises:
             InputError: a spectrum, volume or file of drop sizes is not usable.
         """
-        return tuple(dict.fromkeys(note for world in self._resolved() for note in world.notes))
+        from rtbow.world.visibility import horizon_notes
+
+        notes = (note for world in self._resolved() for note in world.notes)
+        return tuple(dict.fromkeys((*notes, *horizon_notes(self.scene))))
 
     def render(
         self,

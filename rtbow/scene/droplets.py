@@ -8,13 +8,24 @@ from pydantic import Field, Strict, ValidationError, field_validator, model_vali
 from pydantic_core import InitErrorDetails
 
 from rtbow.base.arrays import AXES
-from rtbow.base.limits import LEAST_EXTENT_M, MAX_DENSITY_PER_M3, MAX_GRID_POINTS
+from rtbow.base.limits import (
+    LEAST_EXTENT_M,
+    MAX_COORDINATE_M,
+    MAX_DENSITY_PER_M3,
+    MAX_GRID_POINTS,
+)
 from rtbow.scene.radius import ConstantRadius, Radius, density_key
 from rtbow.scene.table import Point, Table, misplaced, missing, refused, shown_as
 
 Box = Annotated[tuple[Point, Point], Strict(False)]
+Extent = Annotated[float, Field(ge=LEAST_EXTENT_M, le=MAX_COORDINATE_M)]
+Around = Annotated[tuple[Extent, Extent], Strict(False)]
 GridSize = Annotated[int, Field(ge=2, le=1024)]
 Grid = Annotated[tuple[GridSize, GridSize, GridSize], Strict(False)]
+
+
+BY_PARTS = ("box_m", "around_m", "grid", "radius", "density")
+"""Keys that describe the drops where no volume file does."""
 
 
 class Density(Table):
@@ -55,6 +66,14 @@ class Droplets(Table):
         description="lower and upper corner: [[east, north, up], [east, north, up]]",
         json_schema_extra=shown_as(
             "m", "The bow appears only where the line of sight crosses the box.", (-2000.0, 2000.0)
+        ),
+    )
+    around_m: Around | None = Field(
+        None,
+        description="rain around the camera, instead of box_m: how far it reaches to the east, "
+        "west, north and south, and how high it goes above the eye; it begins at the ground",
+        json_schema_extra=shown_as(
+            "m", "The bow appears whichever way the sun stands.", (10.0, 4000.0)
         ),
     )
     grid: Grid | None = Field(
@@ -157,22 +176,28 @@ class Droplets(Table):
         return self
 
     def _problems_with_file(self) -> Iterator[InitErrorDetails]:
-        for key in ("box_m", "grid", "radius", "density"):
+        for key in BY_PARTS:
             if getattr(self, key) is not None:
+                own = "box" if key in ("box_m", "around_m") else key
                 yield misplaced(
                     (key,),
                     "cannot be given together with droplets.file: the volume file carries its "
-                    f"own {key.removesuffix('_m')}; leave one of the two out",
+                    f"own {own}; leave one of the two out",
                 )
 
     def _problems_of_parts(self) -> Iterator[InitErrorDetails]:
         counted = self.radius is not None and _density_key(self.radius) is None
         for key, remedy in (
-            ("box_m", "give two corners, such as [[-500, 200, 0], [500, 800, 400]]"),
+            (
+                "box_m",
+                "give two corners, such as [[-500, 200, 0], [500, 800, 400]], or rain around the "
+                "camera, such as around_m = [1000, 800]",
+            ),
             ("radius", 'add [droplets.radius] with distribution = "constant", radius_um = 500'),
             ("density", "add [droplets.density] with number_per_m3 = 1000"),
         ):
-            if getattr(self, key) is None and not (key == "density" and counted):
+            placed = key == "box_m" and self.around_m is not None
+            if getattr(self, key) is None and not (key == "density" and counted) and not placed:
                 yield missing((key,), f"{remedy}, or name a volume in droplets.file")
         if self.radius is None:
             return

@@ -4,7 +4,8 @@
 """
 
 import math
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, Self, TypeVar, get_args
 
 from pydantic import (
     Field,
@@ -15,7 +16,7 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import InitErrorDetails
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from rtbow.base.errors import InputError
 from rtbow.base.limits import (
@@ -31,11 +32,14 @@ from rtbow.base.limits import (
 )
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.medium import Medium
+from rtbow.scene.aim import LOOKED_AT, box_around, look_deg
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lights import Light, PointLight
-from rtbow.scene.table import AltitudeDeg, Point, Table, refused, shown_as
+from rtbow.scene.table import AltitudeDeg, Point, Table, misplaced, refused, shown_as
 
 Pixels = Annotated[int, Field(ge=1, le=16384)]
+Look = Literal["antisolar", "sun", "bow-top", "lamp"]
+_LOOKS = ", ".join(f'"{look}"' for look in get_args(Look))
 Order = Annotated[int, Field(ge=1, le=2)]
 
 
@@ -64,6 +68,15 @@ class Camera(Table):
         description="direction of view, above the horizon",
         json_schema_extra=shown_as(
             "deg", "Raises the view; the bow's top stands at 42 degrees less the sun's altitude."
+        ),
+    )
+    look: Look | None = Field(
+        None,
+        description="what the camera looks at, instead of azimuth_deg and altitude_deg: antisolar "
+        "for the point that the bow surrounds, sun, bow-top for the top of the bow, lamp; or "
+        "[azimuth, altitude]; left out: azimuth_deg and altitude_deg",
+        json_schema_extra=shown_as(
+            "", "The view follows the first sun, or the first lamp where there is no sun."
         ),
     )
     fov_deg: float = Field(
@@ -104,6 +117,46 @@ class Camera(Table):
             (-90.0, 90.0),
         ),
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _looks_at_angles(cls, data: Any) -> Any:
+        """Take ``look = [azimuth, altitude]`` as these two angles."""
+        look = data.get("look") if isinstance(data, dict) else None
+        if isinstance(look, str):  # angles that an override leaves out follow from it
+            return {k: v for k, v in data.items() if k not in LOOKED_AT or v is not None}
+        if not isinstance(look, list | tuple):
+            return data
+        if not _are_angles(look):
+            return data  # refused below
+        angles = dict(zip(LOOKED_AT, look, strict=True))
+        beside = [key for key in angles if data.get(key) not in (None, angles[key])]
+        if beside:
+            raise ValidationError.from_exception_data(
+                cls.__name__, [_one_too_many((key,), "look") for key in beside]
+            )
+        return {**data, **angles, "look": None}
+
+    @field_validator("look", mode="before")
+    @classmethod
+    def _looks_at_something(cls, look: object) -> object:
+        if look is None or look in get_args(Look):
+            return look
+        raise refused(
+            f"must be one of {_LOOKS}, or [azimuth, altitude] in degrees, the altitude -90..90,"
+            " such as [180.0, 20.0]"
+        )
+
+
+def _are_angles(pair: Sequence[object]) -> bool:
+    """Whether these are an azimuth and an altitude, degrees."""
+    angles = [x for x in pair if isinstance(x, int | float) and not isinstance(x, bool)]
+    return len(angles) == len(pair) == 2 and math.isfinite(angles[0]) and -90 <= angles[1] <= 90
+
+
+def _one_too_many(path: tuple[str, ...], other: str) -> InitErrorDetails:
+    """Return the problem of a key that stands beside another one, which says the same."""
+    return misplaced(path, f"cannot be given together with {other}; leave one of the two out")
 
 
 class Atmosphere(Table):
@@ -275,6 +328,9 @@ class Compare(Table):
         return hash((self.split, *sorted(self.right)))
 
 
+_AnyTable = TypeVar("_AnyTable", bound=Table)
+
+
 class Scene(Table):
     """Everything that a picture depends on.
 
@@ -299,6 +355,47 @@ class Scene(Table):
         if not isinstance(lights, list | tuple):
             return lights
         return [{"type": "sun", **x} if isinstance(x, dict) else x for x in lights]
+
+    @model_validator(mode="after")
+    def _aimed(self) -> Self:
+        self._aim()
+        return self
+
+    def _aim(self) -> None:
+        """Fill in where rain around the camera is, and where a camera looks that follows a light.
+
+        What follows is no value that was given, so that it is worked out anew with other lights.
+        """
+        droplets, camera = self.droplets, self.camera
+        if droplets.around_m is not None:
+            box = {"box_m": box_around(camera.position_m, droplets.around_m)}
+            object.__setattr__(self, "droplets", self._following(droplets, box, "around_m"))
+        if camera.look is not None:
+            angles = dict(zip(LOOKED_AT, self._look_deg(camera.look), strict=True))
+            object.__setattr__(self, "camera", self._following(camera, angles, "look"))
+
+    def _following(
+        self, table: _AnyTable, values: dict[str, Any], source: Literal["look", "around_m"]
+    ) -> _AnyTable:
+        """Return a table with values that follow from another key; others must not be given."""
+        name = "camera" if source == "look" else "droplets"
+        given = (key for key in values if key in table.model_fields_set)
+        beside = [key for key in given if getattr(table, key) not in (None, values[key])]
+        if beside:
+            problems = [_one_too_many((name, key), f"{name}.{source}") for key in beside]
+            raise ValidationError.from_exception_data(type(self).__name__, problems)
+        copy = table.model_copy(update=values)
+        copy.model_fields_set.difference_update(values)
+        return copy
+
+    def _look_deg(self, look: Look) -> tuple[float, float]:
+        reflections = 1 if self.scattering.theory == "mie" else self.scattering.orders[0]
+        bow_deg = self.scattering.medium.bow_radius_deg(reflections)
+        try:
+            return look_deg(look, self.light, self.camera.position_m, bow_deg, self.droplets.box_m)
+        except PydanticCustomError as error:
+            problem = InitErrorDetails(type=error, loc=("camera", "look"), input=look)
+            raise ValidationError.from_exception_data(type(self).__name__, [problem]) from None
 
     @model_validator(mode="after")
     def _air_reaches_down(self) -> Self:
@@ -361,6 +458,16 @@ class Scene(Table):
         column = round(self.compare.split * width)
         both = ((self, slice(0, column)), (self._right, slice(column, width)))
         return tuple(part for part in both if part[1].start < part[1].stop)
+
+    def with_camera(self, camera: Camera) -> Self:
+        """Return the same scene with another camera; what follows from its place follows.
+
+        Raises:
+            ValidationError: the camera looks at a light that the scene lacks.
+        """
+        copy = self.model_copy(update={"camera": camera})
+        copy._aim()
+        return copy
 
     def with_right(self, right: "Scene") -> Self:
         """Return the same scene with the scene of the right part of its ``compare``."""

@@ -15,6 +15,7 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene, typed_override, with_overrides_noted
 from rtbow.scene.text.schema import node_at
 from rtbow.scene.text.values import changed_scene
+from rtbow.world.visibility import Hidden, hidden
 
 if TYPE_CHECKING:
     from rtbow.physics.light.sun_position import SunPosition
@@ -120,7 +121,10 @@ class Animation:
 
     @property
     def only_places(self) -> bool:
-        """Whether nothing moves but camera and lights."""
+        """Whether nothing moves but camera and lights: no rain around the camera either."""
+        around = self.scene.droplets.around_m is not None
+        if around and any(key.startswith("camera.position_m") for key in self.keys):
+            return False
         return all(_PLACES.fullmatch(key) for key in self.keys)
 
     def changes(self, number: int) -> dict[str, float | int]:
@@ -157,6 +161,24 @@ class Animation:
         text = with_overrides_noted(self.scene.source_text, values)
         return made.with_source(text, self.scene.source_name)
 
+    def notes(self) -> tuple[str, ...]:
+        """Say in which frames a sun, or a bow, is wholly below the horizon."""
+        frames: dict[tuple[int, int], list[int]] = {}
+        worst: dict[tuple[int, int], Hidden] = {}
+        for number in range(self.count):
+            for part, _ in self.at(number).parts():
+                for found in hidden(part):
+                    what = found.light, found.bow
+                    if number not in frames.setdefault(what, []):
+                        frames[what].append(number)
+                    most = worst.setdefault(what, found)
+                    if found.below_deg > most.below_deg:
+                        worst[what] = found
+        return tuple(
+            f"{_frames_text(numbers)}: {'' if len(numbers) == 1 else 'at most, '}{worst[what]}"
+            for what, numbers in frames.items()
+        )
+
     def render_command(self, number: int, method: str, output: str, ev: float | None) -> str:
         """Give the command that renders a frame again."""
         words = ["rtbow", "render", *([] if self.name is None else [self.name])]
@@ -166,6 +188,18 @@ class Animation:
         if ev is not None:
             words.append(f"--exposure={ev!r}")
         return shlex.join([*words, "-o", output])
+
+
+def _frames_text(numbers: Sequence[int]) -> str:
+    """Name frames by their numbers, ascending, those that follow each other by the ends."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1][1:] = [number]
+        else:
+            runs.append([number])
+    said = ", ".join(" to ".join(map(str, run)) for run in runs)
+    return f"frame{'' if len(numbers) == 1 else 's'} {said}"
 
 
 def plan_animation(

@@ -26,6 +26,7 @@ from rtbow.scene.text.values import scene_files
 from rtbow.sequence.animation import Animation
 from rtbow.sequence.outputs import SEQUENCE_TEXT, Outputs, Pattern, check_places
 from rtbow.sequence.record import Record, content_digest, digest, open_records
+from rtbow.world.visibility import horizon_notes
 
 if TYPE_CHECKING:
     from rtbow.gl.context import Backend
@@ -156,7 +157,11 @@ class _Drawing:
         used = self._renderer.method_used
         if used not in self.methods:
             self.methods.append(used)
-        self.notes += [note for note in self._renderer.notes if note not in self.notes]
+        known = (
+            *self.notes,
+            *horizon_notes(scene),
+        )  # the latter by Animation.notes, for all frames
+        self.notes += [note for note in self._renderer.notes if note not in known]
         return _Frame(rgb, used, self._renderer.gl_renderer)
 
     def _render(self, renderer: Renderer) -> Float32:

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.air.rayleigh import segment_column, sun_column
-from rtbow.physics.drop.airy import bow
+from rtbow.physics.constants import YELLOW_NM
 from rtbow.physics.drop.fall import rain_rate_mm_h
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.spectrum import luminous
@@ -23,10 +23,10 @@ from rtbow.world.rain.extinction import (
     rain_extinction,
 )
 from rtbow.world.rain.volume import DropletVolume
+from rtbow.world.visibility import horizon_notes
 from rtbow.world.world import World, resolve
 
 _WATER_G_M3 = 1e6
-_YELLOW_NM = 589.3
 """The sodium D lines, for which indices of refraction are quoted."""
 _BIN = 0.005
 """Step in ln(radius) in which the radii of a grid are counted."""
@@ -115,19 +115,19 @@ def scene_report(scene: Scene) -> str:
         *_drop_lines(world),
         *_extinction_lines(scene, world),
         *_light_lines(scene, world),
-        *(("note", note) for note in world.notes),
+        *(("note", note) for note in (*world.notes, *horizon_notes(scene))),
     ]
     return "\n".join(f"{label + ':':<18}{text}" for label, text in lines)
 
 
 def _drop_lines(world: World) -> list[tuple[str, str]]:
-    nm = floats([_YELLOW_NM])
+    nm = floats([YELLOW_NM])
     index = world.scatterer.medium.index(nm)
-    circles = [180.0 - np.degrees(bow(k, nm * 1e-9, index).angle_rad[0]) for k in (1, 2)]
+    circles = [world.scatterer.medium.bow_radius_deg(k) for k in (1, 2)]
     lines = [
         (
             "drops of",
-            f"{world.scatterer.medium}, index {index[0]:.4f} at {_YELLOW_NM:g} nm; Descartes' bows"
+            f"{world.scatterer.medium}, index {index[0]:.4f} at {YELLOW_NM:g} nm; Descartes' bows"
             f" of {circles[0]:.2f} and {circles[1]:.2f} deg",
         )
     ]

@@ -261,8 +261,9 @@ def with_step(world: World, step_nm: float) -> World:
 def _without_places(scene: Scene) -> dict[str, Any]:
     """Give all of a scene but where its camera and lights are, and what of the picture it fills."""
     values = scene.model_dump(exclude={"compare"})
-    for name in ("position_m", "azimuth_deg", "altitude_deg", "fov_deg", "size_px"):
+    for name in ("position_m", "azimuth_deg", "altitude_deg", "look", "fov_deg", "size_px"):
         values["camera"].pop(name)
+    values["droplets"].pop("around_m")  # its box says where the drops are
     for light in values["light"]:
         for name in ("position_m", "azimuth_deg", "altitude_deg", *TIME_AND_PLACE):
             light.pop(name, None)

@@ -310,7 +310,7 @@ def test_the_readmes_examples_work():
     text = README.read_text(encoding="utf-8")
     example, *additions = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     scene_from_text(example)
-    assert len(additions) == 3
+    assert len(additions) == 4
     for addition in additions:
         table = addition.splitlines()[0]
         if table in example.splitlines():  # instead of the example's own

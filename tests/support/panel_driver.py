@@ -293,8 +293,13 @@ def shown_rows(scene: Scene) -> list[Row]:
     """Give those that go with the rest of the scene."""
     drops = scene.droplets
     without = {"light", "compare"}
+    if scene.camera.look is not None:
+        without |= {"camera.azimuth_deg", "camera.altitude_deg"}
+    if drops.around_m is not None:
+        without.add("droplets.box_m")
     if drops.file is not None:
-        without |= {"droplets.box_m", "droplets.grid", "droplets.radius", "droplets.density"}
+        without |= {"droplets.box_m", "droplets.around_m", "droplets.grid"}
+        without |= {"droplets.radius", "droplets.density"}
     else:
         rain = drops.density is not None and drops.density.rain_rate_mm_h is not None
         other = "number_per_m3" if rain else "rain_rate_mm_h"

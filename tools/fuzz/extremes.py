@@ -15,6 +15,8 @@ import tomlkit
 
 from rtbow.base.limits import INDICES
 from rtbow.base.resources import resource_dir
+from rtbow.scene.aim import LOOKED_AT
+from rtbow.scene.droplets import BY_PARTS
 from rtbow.scene.lights import FROM_TIME, LIT, MOON, TIME_AND_PLACE
 from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import ROOT, Node, walk_fields
@@ -44,6 +46,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     _fit_medium(rng, values.get("scattering", {}))
     for light in values["light"]:
         _fit_light(rng, light)
+    _fit_camera(rng, values.get("camera", {}), values["light"])
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -185,7 +188,7 @@ def _right(rng: Rng) -> dict[str, Any]:
     fields = [
         (table, key)
         for table, key, _ in walk_fields()
-        if table.startswith(("camera", "atmosphere", "scattering", "render"))
+        if (table.startswith(("camera", "atmosphere", "scattering", "render")) and key != "look")
         or key in ("spectrum", "extinction", "seed")
     ]
     values = {}
@@ -226,7 +229,8 @@ def _make_quick(rng: Rng, values: dict[str, Any]) -> None:
     values["render"]["wavelength_step_nm"] = 40.0
     droplets = values["droplets"]
     droplets.pop("file", None)
-    droplets.setdefault("box_m", _box(rng))
+    if "around_m" not in droplets:
+        droplets.setdefault("box_m", _box(rng))
     droplets["radius"] = {"distribution": "constant", "radius_um": float(rng.uniform(1.0, 5000.0))}
     number = droplets.get("density", {}).get("number_per_m3", 1000.0)
     droplets["density"] = {"number_per_m3": number}
@@ -237,12 +241,13 @@ def _fit_droplets(rng: Rng, droplets: dict[str, Any]) -> None:
     if rng.random() < 0.8:
         droplets.pop("file", None)
     if "file" in droplets:
-        for key in ("box_m", "grid", "radius", "density"):
+        for key in BY_PARTS:
             droplets.pop(key, None)
         return
+    droplets.pop(str(_choice(rng, ("box_m", "around_m"))), None)
     node = ROOT.child("droplets")
     assert node is not None
-    for key in ("box_m", "radius", "density"):
+    for key in ("radius", "density") if "around_m" in droplets else ("box_m", "radius", "density"):
         child = node.child(key)
         assert child is not None
         droplets.setdefault(key, draw(rng, child, f"droplets.{key}"))
@@ -287,6 +292,17 @@ def _fit_light(rng: Rng, light: dict[str, Any]) -> None:
     light.setdefault("time", str(_choice(rng, _TIMES)))
     light.setdefault("latitude_deg", float(_choice(rng, (-90.0, 0.0, 48.0, 90.0))))
     light.setdefault("longitude_deg", float(_choice(rng, (-180.0, 11.0, 180.0))))
+
+
+def _fit_camera(rng: Rng, camera: dict[str, Any], lights: list[dict[str, Any]]) -> None:
+    """Look at a light that there is, or by two angles."""
+    kinds = {light["type"] for light in lights}
+    lacking = {"sun": "sun", "lamp": "point"}.get(camera.get("look", ""))
+    if rng.random() < 0.5 or (lacking is not None and lacking not in kinds):
+        camera.pop("look", None)
+    if "look" in camera:
+        for key in LOOKED_AT:
+            camera.pop(key, None)
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.physics.drop.airy import PRIMARY_UNIT, bow_unit
+from rtbow.physics.constants import YELLOW_NM
+from rtbow.physics.drop.airy import PRIMARY_UNIT, bow, bow_unit
 from rtbow.physics.drop.water import relative_index, salt_index
 
 
@@ -45,6 +46,16 @@ class Medium:
         if self.refractive_index is None:
             return PRIMARY_UNIT
         return bow_unit(self.refractive_index)
+
+    def bow_radius_deg(self, reflections: int, wavelength_nm: float = YELLOW_NM) -> float:
+        """Give the radius of Descartes' bow about the antisolar point, degrees.
+
+        Args:
+            reflections: internal reflections: 1 primary, 2 secondary.
+            wavelength_nm: in air.
+        """
+        nm = np.array([wavelength_nm])
+        return 180.0 - float(np.degrees(bow(reflections, 1e-9 * nm, self.index(nm)).angle_rad[0]))
 
     def __str__(self) -> str:
         if self.refractive_index is not None:

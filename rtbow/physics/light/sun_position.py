@@ -144,8 +144,33 @@ def sun_path(
     if count < 1:
         raise InputError(f"count = {count}; must be 1 or more")
     start, end = daylight(latitude_deg, longitude_deg, day).hours
-    times = [start + (end - start) * k / max(count - 1, 1) for k in range(count)]
-    return tuple(_position(when, latitude_deg, longitude_deg) for when in times)
+    return tuple(_position(when, latitude_deg, longitude_deg) for when in _even(start, end, count))
+
+
+def sun_between(
+    latitude_deg: float, longitude_deg: float, start: datetime, end: datetime, count: int
+) -> tuple[SunPosition, ...]:
+    """Give the sun's way over the sky of a place between two times, at even intervals.
+
+    Args:
+        latitude_deg: geodetic, north is positive.
+        longitude_deg: east is positive.
+        start: the first time, with its offset from UTC, in the years 1900 to 2100.
+        end: the last one, likewise.
+        count: of positions, 1 or more; 1 is the first alone.
+
+    Raises:
+        InputError: a time without offset, or a value out of range.
+    """
+    if count < 1:
+        raise InputError(f"count = {count}; must be 1 or more")
+    for when in (start, end):
+        _check_moment(when, latitude_deg, longitude_deg)
+    return tuple(_position(when, latitude_deg, longitude_deg) for when in _even(start, end, count))
+
+
+def _even(start: datetime, end: datetime, count: int) -> list[datetime]:
+    return [start + (end - start) * k / max(count - 1, 1) for k in range(count)]
 
 
 @dataclass(frozen=True)

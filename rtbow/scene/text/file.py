@@ -5,6 +5,7 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -16,6 +17,7 @@ from rtbow.scene.text.bounds import MAX_TEXT_BYTES, check_text, check_values
 from rtbow.scene.text.lines import Lines
 from rtbow.scene.text.overrides import plain
 from rtbow.scene.text.schema import MOST_KEY, toml_text
+from rtbow.scene.text.sun import SunAt, placed_sun
 from rtbow.scene.text.values import resolve_paths, scene_from_values
 
 DEFAULT_SCENE = "default"
@@ -26,6 +28,7 @@ _MOST_REASON = 120
 def load_scene(
     name_or_path: str | os.PathLike[str] | None = None,
     overrides: Mapping[str, object] | None = None,
+    sun: SunAt | str | tuple[float, float, str | datetime] | None = None,
 ) -> Scene:
     """Read a scene file or a built-in scene, with some of its values replaced.
 
@@ -34,6 +37,10 @@ def load_scene(
             default scene if None.
         overrides: values by dotted key, such as ``{"light.0.altitude_deg": 5}``. Paths among them
             are relative to the current folder, those in the file to the file.
+        sun: a place and a time that put the first sun where it is seen from there then, instead of
+            its altitude and azimuth: ``"59.9,10.7,2026-07-01T19:30+02:00"``, latitude and longitude
+            in degrees, north and east positive; or a tuple of the two and a text or datetime. A
+            time without an offset is in UTC.
 
     Raises:
         InputError: no such scene, no valid TOML, values that are not allowed, or arguments of
@@ -47,7 +54,25 @@ def load_scene(
         )
     name = DEFAULT_SCENE if name_or_path is None else str(name_or_path)
     path = _find_scene(name)
-    return scene_from_text(_read_text(path, name), name, path.parent, overrides)
+    return scene_from_text(_read_text(path, name), name, path.parent, overrides, sun)
+
+
+def sun_overrides(
+    name: str | None, overrides: Mapping[str, object], sun: SunAt
+) -> dict[str, object]:
+    """Give the overrides that place a scene's first sun by place and time.
+
+    Args:
+        name: as for :func:`load_scene`.
+        overrides: the others.
+        sun: a place and a time.
+
+    Raises:
+        InputError: no such scene, no valid TOML, no sun, or one that others of the overrides place.
+    """
+    called = DEFAULT_SCENE if name is None else name
+    data = _parse_toml(_read_text(_find_scene(called), called), called)
+    return placed_sun(data, overrides, sun, called)
 
 
 def scene_from_text(
@@ -55,6 +80,7 @@ def scene_from_text(
     name: str = "scene",
     folder: Path | None = None,
     overrides: Mapping[str, object] | None = None,
+    sun: object = None,
 ) -> Scene:
     """Make a scene from TOML text.
 
@@ -63,6 +89,7 @@ def scene_from_text(
         name: what messages call it.
         folder: where relative paths in the text start; the current folder if None.
         overrides: as in :func:`load_scene`.
+        sun: as in :func:`load_scene`.
 
     Raises:
         InputError: no valid TOML, or values that are not allowed.
@@ -70,6 +97,8 @@ def scene_from_text(
     data = _parse_toml(text, name)
     resolve_paths(data, folder or Path())
     changes = _plain_overrides(overrides)
+    if sun is not None:
+        changes |= placed_sun(data, changes, SunAt.of(sun), name)
     scene = scene_from_values(data, name, changes, Lines(text))
     return scene.with_source(with_overrides_noted(text, changes), name)
 
@@ -83,13 +112,16 @@ def check_overrides(overrides: Mapping[str, object]) -> None:
             raise InputError(f"--set {cut(str(key), MOST_KEY)}: {error}") from None
 
 
-def scene_from_stream(stream: BinaryIO, name: str, overrides: Mapping[str, object]) -> Scene:
+def scene_from_stream(
+    stream: BinaryIO, name: str, overrides: Mapping[str, object], sun: object = None
+) -> Scene:
     """Make a scene from what a stream holds, such as standard input.
 
     Args:
         stream: its bytes; relative paths in the scene start at the current folder.
         name: what messages call it.
         overrides: as in :func:`load_scene`.
+        sun: as in :func:`load_scene`.
 
     Raises:
         InputError: no UTF-8 text, no valid TOML, or values that are not allowed.
@@ -103,7 +135,7 @@ def scene_from_stream(stream: BinaryIO, name: str, overrides: Mapping[str, objec
         raise InputError(f"{name}: {_not_text(error)}") from None
     except OSError as error:
         raise InputError(f"{name}: cannot be read: {error.strerror}") from None
-    return scene_from_text(text, name, None, overrides)
+    return scene_from_text(text, name, None, overrides, sun)
 
 
 def _plain_overrides(overrides: Mapping[str, object] | None) -> dict[str, Any]:

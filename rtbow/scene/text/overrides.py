@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rtbow.base.errors import InputError, cut
-from rtbow.scene.droplets import Density
+from rtbow.scene.aim import LOOKED_AT
+from rtbow.scene.droplets import BY_PARTS, Density
 from rtbow.scene.lights import AT, TIME_AND_PLACE, Light
 from rtbow.scene.radius import density_key, replaced_keys
 from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, suggestion
@@ -57,11 +58,13 @@ def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
     """Remove what a newly chosen kind of light, distribution or volume file replaces."""
     _drop_other_lights_keys(data.get("light"), changes)
     _drop_times(data.get("light"), changes)
+    _drop_either(data.get("camera"), changes, "camera", ("look",), LOOKED_AT)
     droplets = data.get("droplets")
     if not isinstance(droplets, dict):
         return
+    _drop_either(droplets, changes, "droplets", ("around_m",), ("box_m",))
     if changes.get("droplets.file") is not None:
-        for key in ("box_m", "grid", "radius", "density"):
+        for key in BY_PARTS:
             if not any(f"{change}.".startswith(f"droplets.{key}.") for change in changes):
                 droplets.pop(key, None)  # validation refuses one that is overridden
     if isinstance(droplets.get("radius"), dict):
@@ -119,6 +122,28 @@ def _drop_times(lights: object, changes: Mapping[str, Any]) -> None:
         elif given:
             for key in TIME_AND_PLACE:
                 light.pop(key, None)
+
+
+def _drop_either(
+    table: object,
+    changes: Mapping[str, Any],
+    path: str,
+    one: tuple[str, ...],
+    other: tuple[str, ...],
+) -> None:
+    """Remove the one of two ways to say something where the other is newly chosen."""
+    if not isinstance(table, dict):
+        return
+    given = {key for key in (*one, *other) if _is_set(f"{path}.{key}", changes)}
+    for chosen, replaced in ((one, other), (other, one)):
+        if given.intersection(chosen):
+            for key in set(replaced) - given:
+                table.pop(key, None)
+
+
+def _is_set(key: str, changes: Mapping[str, Any]) -> bool:
+    """Whether a key, or an item of its list, is given a value."""
+    return any(f"{name}.".startswith(f"{key}.") and changes[name] is not None for name in changes)
 
 
 def _apply(data: dict[str, Any], key: str, value: object) -> None:

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from rtbow.base.errors import InputError
 from rtbow.base.files import absolute
+from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.lights import FROM_TIME, spectrum_file
 from rtbow.scene.model import Scene
 from rtbow.scene.text.errors import explain, line_text
@@ -68,6 +69,11 @@ def values_of(scene: Scene, folder: Path | None = None) -> dict[str, Any]:
         if "time" in light:  # what follows from it is no value of its own
             for key in FROM_TIME:
                 light.pop(key, None)
+    if "look" in values["camera"]:
+        for key in LOOKED_AT:
+            values["camera"].pop(key)
+    if "around_m" in values["droplets"]:
+        values["droplets"].pop("box_m")
     if scene.compare is not None:
         values["compare"]["right"] = {
             key: toml_text(None) if value is None else value

@@ -13,14 +13,15 @@ from pydantic import BaseModel
 from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
 from rtbow.physics.geometry import direction
+from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lights import LIT, MOON, TIME_AND_PLACE, SunLight
-from rtbow.scene.model import Scene
+from rtbow.scene.model import Camera, Scene
 from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import Node
 from rtbow.view.panel.rows import Row, rounded, rows_of
-from rtbow.view.picture.overlays import box_of
 from rtbow.view.picture.projection import azimuth_altitude_deg
+from rtbow.world.rain.box import box_of
 from rtbow.world.rain.size_file import read_size_file
 from rtbow.world.spectra import load_spectrum
 
@@ -297,9 +298,27 @@ def shipped_volumes() -> dict[str, Path]:
     return {path.name: path for path in sorted(resource_dir("scenes").glob("*.npz"))}
 
 
-def unused_keys(light: BaseModel) -> frozenset[str]:
-    """Give the keys of a light that say nothing here: its time is set by date and place above."""
-    if not isinstance(light, SunLight):
+def unused_keys(table: BaseModel) -> frozenset[str]:
+    """Give the keys of a table that say nothing here.
+
+    A light's time is set by date and place above. Angles and corners that follow from what the
+    camera looks at and where rain is around it are not set by themselves.
+    """
+    if isinstance(table, Camera) and table.look is not None:
+        return frozenset(LOOKED_AT)
+    if isinstance(table, Droplets) and table.around_m is not None:
+        return frozenset({"box_m"})
+    if not isinstance(table, SunLight):
         return frozenset()
-    unused = frozenset(() if light.time is not None else TIME_AND_PLACE)
-    return unused if light.spectrum == MOON else unused | set(LIT)
+    unused = frozenset(() if table.time is not None else TIME_AND_PLACE)
+    return unused if table.spectrum == MOON else unused | set(LIT)
+
+
+def kept_in_place(scene: Scene, key: str) -> Values:
+    """Give what keeps view and rain where they are once a key that they follow is left out."""
+    camera = scene.camera
+    if key == "camera.look":
+        return {f"camera.{name}": getattr(camera, name) for name in LOOKED_AT}
+    if key == "droplets.around_m" and scene.droplets.box_m is not None:
+        return {"droplets.box_m": [list(corner) for corner in scene.droplets.box_m]}
+    return {}

@@ -283,6 +283,10 @@ def _kind_of_list(node: Node) -> Kind:
     return "corners" if inside and all(p.annotation in (float, int) for p in inside) else "other"
 
 
+_PAIRS = {"px": ("width", "height"), "m": ("reach", "height")}
+"""Names of two numbers by their unit."""
+
+
 def _limits(node: Node) -> tuple[float | None, float | None]:
     low: float | None = None
     high: float | None = None
@@ -316,6 +320,6 @@ def _names(kind: Kind, node: Node, unit: str, description: str, inner: Node) -> 
     count = len(node.items if kind == "vector" else Node.of(node.items[0]).items)
     if count == len(AXES):
         return AXES
-    if count == 2 and unit == "px":
-        return ("width", "height")
+    if count == 2 and unit in _PAIRS:
+        return _PAIRS[unit]
     return tuple(str(number) for number in range(count))

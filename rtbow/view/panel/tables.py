@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
-from rtbow.scene.droplets import Density, Droplets
+from rtbow.scene.droplets import BY_PARTS, Density, Droplets
 from rtbow.scene.lights import PointLight, SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.radius import GammaRadius, density_key
@@ -26,7 +26,6 @@ from rtbow.view.panel.rows import Row, own_row, rows_of
 _BY_PARTS = ("box_m", "radius", "density")
 """Keys that droplets need without a file."""
 _TABLES = ("radius", "density")
-_NO_FILE = ("box_m", "grid", "radius", "density")
 _SHARED = ("camera.size_px",)
 """Keys that both sides of a split picture have in common."""
 _SOURCE = own_row(
@@ -143,6 +142,8 @@ class Tables:
     def _change(self, row: Row, value: object) -> dict[str, object]:
         """Give the change of one key, with what it needs beside it."""
         changes = {row.path: value}
+        if value is None:
+            changes |= kinds.kept_in_place(self._proposals.scene, row.path)
         drops = self._proposals.scene.droplets
         if row.path == "droplets.radius.mixing" and value == "per-point" and drops.grid is None:
             changes["droplets.grid"] = kinds.GRID
@@ -226,7 +227,7 @@ class Tables:
         if isinstance(table, Droplets):
             self._droplets(path, table)
         else:
-            self.table(path, table, kinds=models)
+            self.table(path, table, hidden=kinds.unused_keys(table), kinds=models)
 
     def _droplets(self, path: str, droplets: Droplets) -> None:
         rows = self._rows
@@ -240,11 +241,12 @@ class Tables:
         needed = {*_BY_PARTS, "file"}
         if from_file:
             self.table(path, droplets, only=("file",), needed=needed)
-            self.table(path, droplets, hidden={*_NO_FILE, "file"})
+            self.table(path, droplets, hidden={*BY_PARTS, "file"})
             return
         for part in _TABLES:
             self._part(path, part, droplets)
-        self.table(path, droplets, hidden={*_TABLES, "file"}, needed=needed)
+        hidden = {*_TABLES, "file", *kinds.unused_keys(droplets)}
+        self.table(path, droplets, hidden=hidden, needed=needed)
 
     def _part(self, path: str, part: str, droplets: Droplets) -> None:
         table = getattr(droplets, part)

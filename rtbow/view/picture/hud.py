@@ -13,7 +13,7 @@ from imgui_bundle import imgui, implot
 from rtbow.base.arrays import Array, Float32
 from rtbow.scene.model import Scene
 from rtbow.view.document.state import ViewState
-from rtbow.view.picture.overlays import Overlay, box_of, overlays
+from rtbow.view.picture.overlays import Overlay, overlays
 from rtbow.view.picture.projection import part_views, whole_size
 from rtbow.view.picture.readout import (
     PixelReadout,
@@ -24,6 +24,7 @@ from rtbow.view.picture.readout import (
     text_of,
 )
 from rtbow.view.window import look
+from rtbow.world.rain.box import box_of
 
 if TYPE_CHECKING:
     from rtbow.view.document.edits import Edits

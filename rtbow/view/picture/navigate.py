@@ -6,6 +6,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.geometry import direction
+from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.lights import SunLight
 from rtbow.scene.model import Camera, Scene
 from rtbow.scene.table import Coordinate
@@ -142,8 +143,6 @@ def cruise_m_s(scene: Scene, box_m: Array) -> float:
 
 
 def _turned(camera: Camera, azimuth_deg: float, altitude_deg: float) -> Camera:
-    """Give the camera that looks elsewhere; azimuths are kept within -180..180."""
-    azimuth_deg = (azimuth_deg + 180.0) % 360.0 - 180.0
-    return camera.model_copy(
-        update={"azimuth_deg": azimuth_deg, "altitude_deg": float(np.clip(altitude_deg, -90, 90))}
-    )
+    """Give the camera that looks elsewhere, by angles; azimuths are kept within -180..180."""
+    angles = (azimuth_deg + 180.0) % 360.0 - 180.0, float(np.clip(altitude_deg, -90, 90))
+    return camera.model_copy(update={**dict(zip(LOOKED_AT, angles, strict=True)), "look": None})

@@ -17,8 +17,8 @@ from rtbow.physics.light.spectrum import wavelength_bins
 from rtbow.scene.lights import PointLight, SunLight
 from rtbow.scene.model import Scene
 from rtbow.view.picture.navigate import antisolar
-from rtbow.view.picture.overlays import box_of
 from rtbow.view.picture.projection import View, azimuth_altitude_deg, part_at
+from rtbow.world.rain.box import box_of
 from rtbow.world.world import resolve
 
 SPECTRUM_STEP_NM = 1.0

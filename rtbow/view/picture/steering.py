@@ -84,7 +84,7 @@ class Steering:
         if camera == scene.camera:
             return
         self._looking = self._looking or gesture == _LOOKING
-        moved = scene.model_copy(update={"camera": camera})
+        moved = scene.with_camera(camera)
         if scene.compare is None:
             edits.replace(moved, gesture)
         else:

@@ -7,7 +7,6 @@ from rtbow.scene.text.file import load_scene
 from rtbow.view.picture.overlays import (
     bow_circles,
     box_edges,
-    box_of,
     descartes_deg,
     grid,
     horizon,
@@ -16,6 +15,7 @@ from rtbow.view.picture.overlays import (
     overlays,
 )
 from rtbow.view.picture.projection import View, part_views
+from rtbow.world.rain.box import box_of
 from textbook import pinhole, stationary_ray
 from textbook import towards as unit
 
