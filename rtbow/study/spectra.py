@@ -80,7 +80,7 @@ def describe(name_or_path: str) -> Description:
 
 def _range(ends: tuple[float, float], count: int, steps: tuple[float, float]) -> str:
     low, high = steps
-    step = f"steps of {low:.4g}" if high - low < 1e-6 * high else f"steps of {low:.4g}-{high:.4g}"
+    step = f"steps of {low:.4g}" if high - low < 1e-4 * high else f"steps of {low:.4g}-{high:.4g}"
     return f"{ends[0]:.8g}-{ends[1]:.8g} nm, {count} points, {step} nm"
 
 

@@ -120,8 +120,9 @@ def _read(path: Path, table: Table, column: str) -> Measured:
     if columns.value_unit.quantity == "relative" and columns.unit in RECIPROCALS_NM:
         notes += (f"{path.name}: its values are taken as per {columns.unit}",)
     nm, values = points.result()
+    name = f"{path.name}#{column}" if column else path.name
     return Measured(
-        Spectrum(path.name, nm, values), table.format, columns.name, columns.unit,
+        Spectrum(name, nm, values), table.format, columns.name, columns.unit,
         columns.stated, columns.value_unit, points.count, points.steps_nm,
         (points.lowest_nm, points.highest_nm), notes,
     )  # fmt: skip
@@ -174,12 +175,26 @@ def _value_column(
         certain = [n for n in others if n > abscissa and not _UNCERTAINTY.search(names[n])]
         if len(certain) == 1:
             return certain[0]
+        if _split_decimals(table, names, numbers):
+            raise InputError(
+                f"{path}: has three columns of whole numbers without a name, as a decimal comma"
+                " makes of two where commas part the columns, too; write it with semicolons or"
+                " points"
+            )
         if not others:
             raise InputError(f"{path}: holds no column of values beside its abscissa; {EXPECTED}")
         raise InputError(
             f"{path}: has {len(others)} columns of values; {_listed(path, table, names, others)}"
         )
     return others[0]
+
+
+def _split_decimals(table: Table, names: tuple[str, ...], numbers: Array) -> bool:
+    """Whether columns may be one of values cut at its decimal comma."""
+    if table.width != 3 or any(names) or len(numbers) < 3:
+        return False
+    whole = np.isfinite(numbers).all() and bool(np.all(numbers == np.round(numbers)))
+    return bool(whole and np.ptp(numbers[:, 1]) <= 10.0 and numbers[:, 2].max() >= 10.0)
 
 
 def _named_column(names: tuple[str, ...], others: list[int], column: str) -> int | None:

@@ -19,6 +19,8 @@ _EXPECTED = (
     "must hold lines diameter_um,number_per_m3_um (drops per m3 and per um of diameter), or the 32"
     " classes of an OTT Parsivel (log10 of N(D) in m-3 mm-1, -9.999 for none)"
 )
+_RAIN_MM = (1.5, 40.0)
+"""Instruments count raindrops from below the first diameter on, and none above the second."""
 _MOST_LINES = 4096
 _MOST_BYTES = 4_000_000
 _NONE = -9.99
@@ -178,12 +180,26 @@ def _guessed(path: Path, rows: Sequence[_Line]) -> _Columns:
     if len(first.cells) == 1 and len(rows) == _CLASSES:
         return _Columns(None, None, 0, (1.0, 1.0), 1.0, True, ("log10 of N(D)",))
     if len(first.cells) == 2:
+        _check_micrometres(path, rows)
         documented = ("diameter_um", "number_per_m3_um")
         return _Columns(0, None, 1, (1e-3, 1e-3), 1e3, False, documented)
     raise InputError(
         f"{path}:{first.number}: {len(rows)} lines of {len(first.cells)} numbers without a header;"
         f" {_EXPECTED}; name other columns in a header, such as mid_mm,width_mm,log10_N_per_m3_mm"
     )
+
+
+def _check_micrometres(path: Path, rows: Sequence[_Line]) -> None:
+    """Refuse diameters without a unit that are those of raindrops in mm, not of any in µm."""
+    given = [_number(row.cells[0]) for row in rows]
+    diameters = [number for number in given if number is not None]
+    if diameters and max(diameters) < _RAIN_MM[1] and min(diameters) < _RAIN_MM[0]:
+        extent = f"{min(diameters):g} to {max(diameters):g}"
+        raise InputError(
+            f"{path}:{rows[0].number}: diameters of {extent} without a unit, which count as um, look"
+            " like mm; begin the file with a line that names its columns, such as"
+            " diameter_mm,number_per_m3_mm (or diameter_um,number_per_m3_um)"
+        )
 
 
 def _classes(path: Path, rows: Sequence[_Line], columns: _Columns) -> SizeClasses:

@@ -116,3 +116,12 @@ def test_files_that_cannot_be_read(tmp_path):
     binary.write_bytes(bytes(range(256)))
     with pytest.raises(InputError, match="cannot be read as text"):
         read_size_file(binary)
+
+
+def test_rain_in_mm_without_a_header_is_not_taken_for_fog(tmp_path):
+    path = tmp_path / "plain.csv"
+    path.write_text("0.062,0.0\n0.312,800\n1.375,120\n4.75,1.5\n24.5,0\n", "utf-8")
+    with pytest.raises(InputError, match=r"look like mm; .*diameter_mm,number_per_m3_mm"):
+        read_size_file(path)
+    path.write_text("2,100\n8,900\n20,300\n30,10\n", "utf-8")  # of a cloud
+    assert read_size_file(path).middle_um.max() == 15.0
