@@ -196,8 +196,8 @@ def _check_micrometres(path: Path, rows: Sequence[_Line]) -> None:
     if diameters and max(diameters) < _RAIN_MM[1] and min(diameters) < _RAIN_MM[0]:
         extent = f"{min(diameters):g} to {max(diameters):g}"
         raise InputError(
-            f"{path}:{rows[0].number}: diameters of {extent} without a unit, which count as um, look"
-            " like mm; begin the file with a line that names its columns, such as"
+            f"{path}:{rows[0].number}: diameters of {extent} without a unit, which count as um,"
+            " look like mm; begin the file with a line that names its columns, such as"
             " diameter_mm,number_per_m3_mm (or diameter_um,number_per_m3_um)"
         )
 
