@@ -91,7 +91,7 @@ def render(
             progress_bar("rendering", quiet),
             progress_bar("building the table", quiet, "part"),
         )
-        notes = renderer.notes
+        notes = (*renderer.notes, *renderer.unseen)
         metadata = frame_metadata(
             loaded,
             shlex.join(["rtbow", *sys.argv[1:]]),

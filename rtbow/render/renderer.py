@@ -20,6 +20,7 @@ from rtbow.base.errors import (
     UnsuitedError,
     require_one_of,
 )
+from rtbow.frames.bows.reasons import reasons
 from rtbow.frames.display import require_finite
 from rtbow.gl.context import Backend
 from rtbow.gl.process import Lock
@@ -56,6 +57,8 @@ class Renderer:
 
     Attributes:
         method_used: what drew the last frame, where ``auto`` was asked for too.
+        unseen: why the last frame shows no bow, or nothing at all, and what would change that, a
+            line for each reason; empty where a bow is in view.
         unsuited: why ``auto`` left this scene to ``spectral`` or ``reference``; empty where it
             did not.
 
@@ -68,6 +71,7 @@ class Renderer:
         self.scene = _scene(scene)
         self.method_used: MethodName = "auto"
         self.unsuited = ""
+        self.unseen: tuple[str, ...] = ()
         self._backend = require_one_of("backend", backend, get_args(Backend))
         self._lock = Lock()
         self._context: GlContext | None = None
@@ -131,6 +135,7 @@ class Renderer:
                 frame = self._render_somehow(progress, building)
             else:
                 frame = self._render_shader(method, progress, building)
+            self.unseen = reasons(self._resolved(), self._columns, frame)
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
         require_finite(frame)
         return frame

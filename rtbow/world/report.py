@@ -8,7 +8,6 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.air.rayleigh import segment_column, sun_column
-from rtbow.physics.drop.airy import bow
 from rtbow.physics.drop.fall import rain_rate_mm_h
 from rtbow.physics.geometry import box_span
 from rtbow.physics.light.spectrum import luminous
@@ -123,7 +122,7 @@ def scene_report(scene: Scene) -> str:
 def _drop_lines(world: World) -> list[tuple[str, str]]:
     nm = floats([_YELLOW_NM])
     index = world.scatterer.medium.index(nm)
-    circles = [180.0 - np.degrees(bow(k, nm * 1e-9, index).angle_rad[0]) for k in (1, 2)]
+    circles = [180.0 - world.scatterer.medium.descartes_deg(k, _YELLOW_NM) for k in (1, 2)]
     lines = [
         (
             "drops of",

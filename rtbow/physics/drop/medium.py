@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.physics.drop.airy import PRIMARY_UNIT, bow_unit
+from rtbow.physics.drop.airy import PRIMARY_UNIT, bow, bow_unit
 from rtbow.physics.drop.water import relative_index, salt_index
 
 
@@ -45,6 +45,19 @@ class Medium:
         if self.refractive_index is None:
             return PRIMARY_UNIT
         return bow_unit(self.refractive_index)
+
+    def descartes_deg(self, reflections: int, wavelength_nm: float) -> float:
+        """Give the scattering angle of the ray of least deviation, degrees, 180 backwards.
+
+        A bow's light is brightest some tenths of a degree on its bright side, the more so the
+        smaller the drops: this is the limit of large ones and of a light without a disc.
+
+        Args:
+            reflections: internal reflections, 1 primary, 2 secondary.
+            wavelength_nm: in air.
+        """
+        nm = floats([wavelength_nm])
+        return float(np.degrees(bow(reflections, nm * 1e-9, self.index(nm)).angle_rad[0]))
 
     def __str__(self) -> str:
         if self.refractive_index is not None:
