@@ -28,6 +28,7 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.errors import shown
 
 if TYPE_CHECKING:
+    from rtbow.frames.bows.measured import FrameMeasures
     from rtbow.gl.context import GlContext
     from rtbow.render.method import Method
     from rtbow.world.world import World
@@ -139,6 +140,28 @@ class Renderer:
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
         require_finite(frame)
         return frame
+
+    def measured(self, rgb: NDArray[np.float32], *, fringes: bool = True) -> FrameMeasures:
+        """Measure a frame of the scene: its luminance, and radius, width, contrast of each bow.
+
+        Args:
+            rgb: what :meth:`render` gave.
+            fringes: whether supernumeraries are measured, which takes longer.
+
+        Raises:
+            InputError: the frame has another size than the scene's pictures, or a spectrum or
+                volume is not usable.
+        """
+        from rtbow.frames.bows.measured import measured
+
+        width, height = self.scene.camera.size_px
+        if np.shape(rgb) != (height, width, 3):
+            raise InputError(
+                f"the frame's shape is {np.shape(rgb)}; must be ({height}, {width}, 3), as the"
+                " scene's pictures are"
+            )
+        with self._in_turn():
+            return measured(self._resolved(), self._columns, rgb, fringes=fringes)
 
     def _resolved(self) -> list[World]:
         """The worlds of the picture's parts, resolved when they are first needed."""

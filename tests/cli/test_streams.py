@@ -114,6 +114,12 @@ class TestCompletion:
         assert self.proposed(verb, "no/such/") == []
         assert self.proposed(verb, ".s") == [".shy.toml"]
 
+    def test_frames_and_scenes(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        for name in ("shade.toml", "shot.png", "shy.exr"):
+            (tmp_path / name).touch()
+        assert self.proposed("measure", "sh") == ["shower", "shade.toml", "shy.exr"]
+
     def test_options_and_choices(self):
         assert self.proposed("render", "uniform", "--meth") == ["--method"]
         assert self.proposed("render", "uniform", "--method", "s") == ["spectral"]

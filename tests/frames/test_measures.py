@@ -48,10 +48,10 @@ def test_radius_of_a_ring():
 def test_width_of_a_gaussian():
     angle = np.arange(30.0, 50.0, 0.05)
     one = made(angle, np.exp(-0.5 * ((angle - 41.0) / 0.6) ** 2))
-    assert measures.primary_width(one) == pytest.approx(2.3548 * 0.6, abs=0.01)
+    assert measures.full_width(one, 1) == pytest.approx(2.3548 * 0.6, abs=0.01)
     # On a plateau inside, the inner side is measured half-way down to it.
     step = np.where(angle < 41.0, 0.2 + 0.8 * one.luminance, one.luminance)
-    assert measures.primary_width(made(angle, step)) == pytest.approx(2.3548 * 0.6, abs=0.02)
+    assert measures.full_width(made(angle, step), 1) == pytest.approx(2.3548 * 0.6, abs=0.02)
 
 
 def test_red_width_falls_with_the_radius():
@@ -64,7 +64,7 @@ def test_red_width_falls_with_the_radius():
         value = airy_table().cross_section(
             primary, primary.strength, np.array([radius]), theta, np.radians(0.2665)
         )[0, 0]
-        widths.append(measures.primary_width(made(angle, value / value.max())))
+        widths.append(measures.full_width(made(angle, value / value.max()), 1))
     assert widths[0] > widths[1] > widths[2]
 
 
