@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Float32
+from rtbow.base.arrays import Array, Float32, floats
 from rtbow.frames import measures
 from rtbow.frames.bows.places import orders_of
 from rtbow.frames.measures import MeasureError, Profile
@@ -159,7 +159,7 @@ def rings_about_sun(
     rays = view.pixel_directions(rows)[:, columns]
     entry, leave = box_span(view.eye_m, rays, box_m)
     return measures.radial_profile(
-        rgb[rows, columns],
+        floats(rgb[rows, columns]),
         angle_between(rays, -towards_sun),
         view.pixel_deg,
         depth=np.maximum(leave - entry, 0.0),

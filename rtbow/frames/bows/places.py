@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.drop.airy import unit_angle
@@ -95,7 +96,7 @@ class Sight:
         """Rays of the picture that pass the rain's box (n, 3)."""
         rays = np.concatenate([self._grid(), self._towards_box()])
         entry, leave = box_span(self.view.eye_m, rays, self.box_m)
-        return rays[entry < leave]
+        return floats(rays[entry < leave])
 
     def _grid(self) -> Array:
         """Rays over the part, its edges included (n, 3)."""
@@ -146,7 +147,7 @@ class Sight:
     def _meets(band: Band, least: float, greatest: float) -> bool:
         return bool(least <= band.greatest_rad and greatest >= band.least_rad)
 
-    def _lamp_meets(self, lamp: Lamp, rays: Array) -> Array:
+    def _lamp_meets(self, lamp: Lamp, rays: Array) -> NDArray[np.bool_]:
         """Tell which rays through the rain (n, 3) meet a bow of a lamp there (n,)."""
         eye = self.view.eye_m
         ends = []
@@ -157,7 +158,7 @@ class Sight:
         # Along a ray away from the eye the scattering angle only grows.
         least, greatest = np.minimum(*ends), np.maximum(*ends)
         meets = [(least <= b.greatest_rad) & (greatest >= b.least_rad) for b in self.bands]
-        return np.any(meets, axis=0)
+        return np.asarray(np.any(meets, axis=0))
 
     def bow_directions(self) -> Array:
         """Give directions (n, 3) in which a bow of some light stands in the rain, seen or not.
@@ -178,7 +179,7 @@ class Sight:
 
     def _in_rain(self, rays: Array) -> Array:
         entry, leave = box_span(self.view.eye_m, rays, self.box_m)
-        return rays[entry < leave]
+        return floats(rays[entry < leave])
 
     # --- Other cameras and suns
 
