@@ -24,6 +24,7 @@ from rtbow.cli.chart import chart
 from rtbow.cli.figures import figures
 from rtbow.cli.info import info
 from rtbow.cli.render import render
+from rtbow.cli.result.measure import measure
 from rtbow.cli.scenes.new import new
 from rtbow.cli.table import table
 from rtbow.cli.view import view
@@ -57,7 +58,7 @@ def scenes() -> None:
         click.echo(f"{name:<{width}}  {scene_title(path)}")
 
 
-for _verb in (animate, bench, chart, figures, info, new, render, table, view):
+for _verb in (animate, bench, chart, figures, info, measure, new, render, table, view):
     rtbow.add_command(_verb)
 
 

@@ -133,6 +133,10 @@ def scene_completions(
     context: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
     """Complete a scene on the shell's Tab: built-in scenes, .toml files, folders on the way."""
+    return _completions(incomplete, (".toml",))
+
+
+def _completions(incomplete: str, suffixes: tuple[str, ...]) -> list[CompletionItem]:
     from rtbow.scene.text.file import builtin_scenes, scene_title
 
     items = [
@@ -151,9 +155,16 @@ def scene_completions(
             place = os.path.join(folder, entry.name)
             if entry.is_dir():
                 items.append(CompletionItem(f"{place}{os.sep}"))
-            elif entry.name.lower().endswith(".toml"):
+            elif entry.name.lower().endswith(suffixes):
                 items.append(CompletionItem(place))
     return items
+
+
+def frame_or_scene_completions(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete a frame or a scene on the shell's Tab."""
+    return _completions(incomplete, (".toml", ".exr"))
 
 
 def number_list(value: Any) -> tuple[float, ...]:
@@ -232,6 +243,19 @@ sun_option: Option = click.option(
     metavar="LAT,LON,TIME",
     help="Put the first sun where it is seen from a place at a time (degrees, north and east"
     " positive), such as 59.9,10.7,2026-07-01T19:30+02:00; without +02:00 the time is UTC.",
+)
+method_option = choice_option(
+    "--method",
+    ("auto", "fast", "spectral", "reference"),
+    "fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
+    " float64 on the CPU; auto: fast where it keeps its error, else spectral, or reference"
+    " for what no shader draws.",
+)
+json_option: Option = click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    help="Write all numbers: .json, - standard output.",
 )
 
 SPREAD_PERCENT = 2.0
@@ -339,13 +363,7 @@ def drawing_options(size: str, example: str, exposure: str) -> Option:
     options = grouped(
         size_option(size),
         backend_option,
-        choice_option(
-            "--method",
-            ("auto", "fast", "spectral", "reference"),
-            "fast: colours integrated ahead; spectral: wavelength loop in the shader; reference:"
-            " float64 on the CPU; auto: fast where it keeps its error, else spectral, or reference"
-            " for what no shader draws.",
-        ),
+        method_option,
         max_delta_e_option(
             "Error that method fast may make, CIEDE2000 at the 99th percentile of pixels:"
             f" {LEAST_DELTA_E:g} to {MOST_DELTA_E:g}; left out: the scene's,"

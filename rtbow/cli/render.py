@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+import time
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,18 +14,18 @@ from rtbow.cli.options import (
     Drawing,
     WholeNumber,
     drawing_options,
+    json_option,
     progress_bar,
     quiet_option,
     scene_argument,
 )
+from rtbow.cli.result.summary import STREAM, Made, check_json, summary_lines, write_json
 
 if TYPE_CHECKING:
-    from rtbow.render.renderer import Renderer
+    from rtbow.base.arrays import Float32
     from rtbow.scene.model import Scene
     from rtbow.scene.text.sun import SunAt
 
-_STREAM = "-"
-"""The name of standard input among scenes, and of standard output among outputs."""
 _STREAM_FORMAT = "png"
 
 
@@ -51,6 +52,7 @@ _STREAM_FORMAT = "png"
     exposure="Exposure of the .png: auto, or an EV at ISO 100.",
 )
 @click.option("--seed", type=WholeNumber(min=0), metavar="N", help="Seed of the random drops.")
+@json_option
 @quiet_option
 def render(
     scene: str | None,
@@ -58,11 +60,15 @@ def render(
     stream_format: str | None,
     drawing: Drawing,
     seed: int | None,
+    json_file: str | None,
     quiet: bool,
 ) -> None:
     """Render one frame.
 
     SCENE may be -: a scene is then read from standard input.
+
+    Afterwards three lines at most on stderr say what was made: method, time, peak luminance,
+    exposure, stated error, and radius and width of each sun's bows.
 
     Example: rtbow render shower -o shower.exr -o shower.png --set light.0.altitude_deg=10
     """  # fmt: skip
@@ -71,9 +77,10 @@ def render(
 
     overrides = drawing.overrides()
     check_distinct(outputs)
-    streams = _STREAM in outputs
+    check_json(json_file, outputs)
+    streams = STREAM in outputs
     _check_stream(streams, stream_format)
-    files = [path for path in outputs if path != _STREAM]
+    files = [path for path in outputs if path != STREAM]
     for path in files:  # before the long work, not after it
         check_writable(path, FRAME_SUFFIXES)
     from rtbow.render.renderer import Renderer
@@ -86,30 +93,44 @@ def render(
             f"--seed {seed}: the drops of {loaded.source_name} come from a volume file, not"
             " from random numbers; leave --seed out"
         )
+    began = time.perf_counter()
     with Renderer(loaded, drawing.backend) as renderer:
         rgb = renderer.render(
             drawing.method,
             progress_bar("rendering", quiet),
             progress_bar("building the table", quiet, "part"),
         )
-        notes = (*drawing.notes(loaded), *renderer.notes)
-        metadata = frame_metadata(
-            loaded,
+        seconds = time.perf_counter() - began
+        exposure = _exposure(drawing, outputs, stream_format, rgb)
+        made = Made(
+            loaded.source_name,
             shlex.join(["rtbow", *sys.argv[1:]]),
             renderer.method_used,
+            renderer.unsuited,
+            loaded.render.max_delta_e if renderer.method_used == "fast" else None,
+            seconds,
             renderer.gl_renderer,
+            exposure,
+            # Of the bow itself, the picture says more.
+            (*drawing.notes(loaded)[:1], *renderer.notes, *renderer.unseen),
+            outputs,
         )
+        told = json_file is not None or not quiet
+        numbers = renderer.measured(rgb, fringes=json_file is not None) if told else None
+    metadata = frame_metadata(loaded, made.command, made.method, made.gl_renderer)
     for path in files:
-        write_frame(path, rgb, metadata, drawing.exposure)
+        write_frame(path, rgb, metadata, exposure)
     if streams:  # last: its reader may leave
         suffix = f".{stream_format or _STREAM_FORMAT}"
-        write_frame(_STREAM, rgb, metadata, drawing.exposure, suffix)
-    if not quiet:
+        write_frame(STREAM, rgb, metadata, exposure, suffix)
+    if json_file is not None and numbers is not None:
+        write_json(json_file, made.as_json(numbers))
+    if not quiet and numbers is not None:
         for path in files:
-            click.echo(path, err=streams)
-        if drawing.method == "auto":  # not among the paths, which scripts read
-            click.echo(_chosen(renderer), err=True)
-        for note in notes:
+            click.echo(path, err=streams or json_file == STREAM)
+        for line in summary_lines(made, numbers):  # not among the paths, which scripts read
+            click.echo(line, err=True)
+        for note in made.notes:
             click.echo(f"note: {note}", err=True)
 
 
@@ -131,7 +152,7 @@ def _scene(name: str | None, overrides: dict[str, Any], sun: SunAt | None) -> Sc
     """Read the scene of a name, or from standard input."""
     from rtbow.scene.text.file import load_scene, scene_from_stream
 
-    if name != _STREAM:
+    if name != STREAM:
         return load_scene(name, overrides, sun)
     if sys.stdin is None:
         raise InputError("<stdin>: is closed; send a scene there, as in rtbow render - < bow.toml")
@@ -140,7 +161,14 @@ def _scene(name: str | None, overrides: dict[str, Any], sun: SunAt | None) -> Sc
     return scene_from_stream(sys.stdin.buffer, "<stdin>", overrides, sun)
 
 
-def _chosen(renderer: Renderer) -> str:
-    """Return which method ``auto`` chose, and why."""
-    reason = renderer.unsuited.rpartition("; ")[0] or renderer.unsuited  # without its remedy
-    return f"method {renderer.method_used}" + (f": {reason}" if reason else "")
+def _exposure(
+    drawing: Drawing, outputs: tuple[str, ...], stream_format: str | None, rgb: Float32
+) -> float | None:
+    """Give the exposure value of the run's picture; None where it has none, and none was asked."""
+    if drawing.exposure is not None:
+        return drawing.exposure
+    from rtbow.frames.display import auto_exposure_ev
+
+    shown = (stream_format or _STREAM_FORMAT) == "png" and STREAM in outputs
+    shown = shown or any(path.lower().endswith(".png") for path in outputs)
+    return auto_exposure_ev(rgb) if shown else None

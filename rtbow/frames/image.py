@@ -23,6 +23,8 @@ from rtbow.frames.display import auto_exposure_ev, display, require_finite
 from rtbow.scene.model import Scene
 
 FRAME_SUFFIXES = (".exr", ".png")
+EXPOSURE_TEXT = "exposureEV100"
+"""Name of the metadata that holds an exposure value."""
 
 # Rec. 709 primaries and D65 as x, y of red, green, blue and white (ITU-R BT.709-6).
 CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
@@ -39,6 +41,7 @@ def frame_metadata(scene: Scene, command: str, method: str, renderer: str) -> di
     """
     return {
         "scene": scene.source_text,
+        "sceneName": scene.source_name,
         "command": command,
         "rtbowVersion": __version__,
         "method": method,
@@ -60,7 +63,8 @@ def write_frame(
             a ``suffix``.
         rgb: Linear Rec. 709 in cd/m², shape (h, w, 3).
         metadata: Strings that say how the frame was made.
-        exposure_ev: Exposure value (ISO 100) of the picture; None chooses one by the frame.
+        exposure_ev: Exposure value (ISO 100) of the picture, which ``.exr`` notes as well; None
+            chooses one by the frame, and ``.exr`` notes none.
         suffix: Which format; left out, the path's own.
 
     Raises:
@@ -69,17 +73,20 @@ def write_frame(
     """
     suffix = suffix or Path(path).suffix.lower()
     if suffix == ".exr":
-        write_exr(path, rgb, metadata)
+        write_exr(path, rgb, {**metadata, **_exposure_text(exposure_ev)})
     elif suffix == ".png":
         if exposure_ev is None:
             exposure_ev = auto_exposure_ev(rgb)
-        texts = {**metadata, "exposureEV100": f"{exposure_ev:.6g}"}
-        write_png(path, display(rgb, exposure_ev), texts)
+        write_png(path, display(rgb, exposure_ev), {**metadata, **_exposure_text(exposure_ev)})
     else:
         raise InputError(
             f"{os.fspath(path)}: suffix {suffix!r} is not known; must be .exr or .png; "
             "choose another name"
         )
+
+
+def _exposure_text(exposure_ev: float | None) -> dict[str, str]:
+    return {} if exposure_ev is None else {EXPOSURE_TEXT: f"{exposure_ev:.6g}"}
 
 
 def write_exr(path: PathLike, rgb: NDArray[np.float32], metadata: Mapping[str, str]) -> None:

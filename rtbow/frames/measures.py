@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -61,6 +61,10 @@ class Profile:
         if name == "luminance":
             return self.luminance
         return xyz_to_rgb(self.xyz)[:, ("red", "green", "blue").index(name)]
+
+    def turned(self, by_deg: float) -> Profile:
+        """Give the rings with an angle added to each."""
+        return replace(self, angle_deg=self.angle_deg + by_deg)
 
     def between(self, low_deg: float, high_deg: float) -> Profile:
         """Give the rings between two angles.
@@ -136,31 +140,61 @@ def bow_radius(profile: Profile, reflections: int, channel: Channel = "luminance
     return _top(part.angle_deg, value)[0]
 
 
-def primary_width(profile: Profile, channel: Channel = "luminance") -> float:
-    """Give the full width at half maximum of the primary in a channel, degrees.
+def full_width(profile: Profile, reflections: int, channel: Channel = "luminance") -> float:
+    """Give the full width at half maximum of a bow in a channel, degrees.
 
-    The outer end is at half of the peak. The inner end is half-way between the peak and the
-    plateau: the mean from 3 to 6 degrees inside, over which supernumeraries average out.
+    The dark side's end (outside of the primary, inside of the secondary) is at half of the peak.
+    The bright side's is half-way between the peak and the plateau: the mean from 3 to 6 degrees
+    beside it, over which supernumeraries average out.
 
     Raises:
-        MeasureError: the frame shows no primary.
+        MeasureError: the frame shows no such bow, or not all of it.
     """
-    centre = bow_radius(profile, 1, channel)
-    plateau = float(profile.between(centre - 6.0, centre - 3.0).channel(channel).mean())
-    part = profile.between(centre - 6.0, centre + 4.0)
-    angle, value = part.angle_deg, part.channel(channel)
-    peak = int(np.argmin(np.abs(angle - centre)))
+    centre = bow_radius(profile, reflections, channel)
+    # As an angle that grows towards the dark side.
+    dark = _dark_side(reflections)
+    plateau = float(_beside(profile, centre, -6.0 * dark, -3.0 * dark).channel(channel).mean())
+    part = _beside(profile, centre, -6.0 * dark, 4.0 * dark)
+    angle, value = dark * part.angle_deg[::dark], part.channel(channel)[::dark]
+    peak = int(np.argmin(np.abs(angle - dark * centre)))
     top = float(value[max(peak - 1, 0) : peak + 2].max())
     outside = _crossing(angle[peak:], value[peak:], 0.5 * top)
     inside = _crossing(angle[peak::-1], value[peak::-1], 0.5 * (top + plateau))
     return outside - inside
 
 
+def contrast(profile: Profile, reflections: int) -> float:
+    """Give the contrast of a bow's peak with the dark beside it, (peak - dark) / (peak + dark).
+
+    The dark is the mean luminance from 2.5 to 5.5 degrees beside the peak, in Alexander's band:
+    outside of the primary and inside of the secondary.
+
+    Raises:
+        MeasureError: the frame does not show the bow, or not that much beside it.
+    """
+    centre = bow_radius(profile, reflections)
+    near = _beside(profile, centre, -1.0, 1.0)
+    peak = _top(near.angle_deg, near.luminance)[1]
+    side = _dark_side(reflections)
+    dark = float(_beside(profile, centre, 2.5 * side, 5.5 * side).luminance.mean())
+    return (peak - dark) / (peak + dark)
+
+
+def _dark_side(reflections: int) -> int:
+    """Give the sign of the direction from a bow towards its dark side."""
+    return 1 if reflections == 1 else -1
+
+
+def _beside(profile: Profile, centre: float, one: float, other: float) -> Profile:
+    """Give the rings between two angles from a bow's peak."""
+    return profile.between(centre + min(one, other), centre + max(one, other))
+
+
 def _crossing(angle: Array, value: Array, level: float) -> float:
     """Give the angle at which values first fall below a level."""
     below = np.flatnonzero(value < level)
     if not below.size or below[0] == 0:
-        raise MeasureError("the primary does not fall to half its height within the frame")
+        raise MeasureError("the bow does not fall to half its height within the frame")
     k = int(below[0])
     share = (value[k - 1] - level) / (value[k - 1] - value[k])
     return float(angle[k - 1] + share * (angle[k] - angle[k - 1]))
@@ -245,9 +279,9 @@ def correlated_temperature_k(xyz: Array) -> float:
     return float(449.0 * n**3 + 3525.0 * n**2 + 6823.3 * n + 5520.33)
 
 
-def bow_mean(profile: Profile, half_width_deg: float = 1.5) -> Array:
-    """Give the mean X, Y, Z (3,) of the primary, over angles about its peak."""
-    centre = bow_radius(profile, 1)
+def bow_mean(profile: Profile, reflections: int = 1, half_width_deg: float = 1.5) -> Array:
+    """Give the mean X, Y, Z (3,) of a bow, over angles about its peak."""
+    centre = bow_radius(profile, reflections)
     return floats(
         profile.between(centre - half_width_deg, centre + half_width_deg).xyz.mean(axis=0)
     )

@@ -20,6 +20,7 @@ from rtbow.base.errors import (
     UnsuitedError,
     require_one_of,
 )
+from rtbow.frames.bows.reasons import reasons
 from rtbow.frames.display import require_finite
 from rtbow.gl.context import Backend
 from rtbow.gl.process import Lock
@@ -27,6 +28,7 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.errors import shown
 
 if TYPE_CHECKING:
+    from rtbow.frames.bows.measured import FrameMeasures
     from rtbow.gl.context import GlContext
     from rtbow.render.method import Method
 from rtbow.world.world import World
@@ -56,6 +58,8 @@ class Renderer:
 
     Attributes:
         method_used: what drew the last frame, where ``auto`` was asked for too.
+        unseen: why the last frame shows no bow, or nothing at all, and what would change that, a
+            line for each reason; empty where a bow is in view.
         unsuited: why ``auto`` left this scene to ``spectral`` or ``reference``; empty where it
             did not.
 
@@ -68,6 +72,7 @@ class Renderer:
         self.scene = _scene(scene)
         self.method_used: MethodName = "auto"
         self.unsuited = ""
+        self.unseen: tuple[str, ...] = ()
         self._backend = require_one_of("backend", backend, get_args(Backend))
         self._lock = Lock()
         self._context: GlContext | None = None
@@ -136,9 +141,32 @@ class Renderer:
                 frame = self._render_somehow(progress, building)
             else:
                 frame = self._render_shader(method, progress, building)
+            self.unseen = reasons(self._resolved(), self._columns, frame)
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
         require_finite(frame)
         return frame
+
+    def measured(self, rgb: NDArray[np.float32], *, fringes: bool = True) -> FrameMeasures:
+        """Measure a frame of the scene: its luminance, and radius, width, contrast of each bow.
+
+        Args:
+            rgb: what :meth:`render` gave.
+            fringes: whether supernumeraries are measured, which takes longer.
+
+        Raises:
+            InputError: the frame has another size than the scene's pictures, or a spectrum or
+                volume is not usable.
+        """
+        from rtbow.frames.bows.measured import measured
+
+        width, height = self.scene.camera.size_px
+        if np.shape(rgb) != (height, width, 3):
+            raise InputError(
+                f"the frame's shape is {np.shape(rgb)}; must be ({height}, {width}, 3), as the"
+                " scene's pictures are"
+            )
+        with self._in_turn():
+            return measured(self._resolved(), self._columns, rgb, fringes=fringes)
 
     def _resolved(self) -> list[World]:
         """The worlds of the picture's parts, resolved when they are first needed."""

@@ -13,13 +13,13 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.frames import measures
+from rtbow.frames.bows.measured import rings_about_sun
 from rtbow.frames.measures import MeasureError, Profile, Ridge
-from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera import pixel_directions, view_of
 from rtbow.world.lights import lamps, suns
 from rtbow.world.rain.volume import scene_volume
 from rtbow.world.world import resolve
@@ -71,22 +71,11 @@ class Verdict:
     holds: bool | None
 
 
-def rain_depth(scene: Scene) -> Array:
-    """Give the length of each pixel's ray within the droplet box, m (h, w)."""
-    box = scene_volume(scene).box_m
-    rays = pixel_directions(scene.camera)
-    entry, leave = box_span(floats(scene.camera.position_m), rays, box)
-    return np.maximum(leave - entry, 0.0)
-
-
 def sun_profile(frame: Frame, columns: slice = slice(None)) -> Profile:
     """Average a frame over rings about the antisolar point of its first sun."""
-    camera = frame.scene.camera
-    angle = measures.angle_from(camera, -suns(frame.scene)[0].direction)
-    step = camera.fov_deg / camera.size_px[0]
-    mask = np.zeros(angle.shape, dtype=bool)
-    mask[:, columns] = True
-    return measures.radial_profile(frame.rgb, angle, step, mask, rain_depth(frame.scene))
+    scene = frame.scene
+    towards, box = suns(scene)[0].direction, scene_volume(scene).box_m
+    return rings_about_sun(frame.rgb, view_of(scene.camera), towards, box, columns)
 
 
 def _falling(values: list[float]) -> bool:
@@ -117,8 +106,8 @@ def _kinds(frames: Frames) -> tuple[Numbers, bool]:
 
 def _widths(frames: Frames) -> tuple[Numbers, bool]:
     profiles = _profiles(frames, "fig5a", "fig5b", "fig5c")
-    red = {f"red_width_{n[3:]}_deg": measures.primary_width(p, "red") for n, p in profiles.items()}
-    white = {f"luminance_width_{n[3:]}_deg": measures.primary_width(p) for n, p in profiles.items()}
+    red = {f"red_width_{n[3:]}_deg": measures.full_width(p, 1, "red") for n, p in profiles.items()}
+    white = {f"luminance_width_{n[3:]}_deg": measures.full_width(p, 1) for n, p in profiles.items()}
     return red | white, _falling(list(red.values()))
 
 

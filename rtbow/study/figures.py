@@ -60,8 +60,7 @@ def prepare_folder(out: Path) -> None:
 
 
 def _metadata(scene: Scene, renderer: str) -> dict[str, str]:
-    texts = frame_metadata(scene, "rtbow figures", "spectral", renderer)
-    return {**texts, "sceneName": scene.source_name}
+    return frame_metadata(scene, "rtbow figures", "spectral", renderer)
 
 
 def _kept(path: Path, scene: Scene) -> Float32 | None:

@@ -7,7 +7,7 @@ takes long, is worked out when it is first asked for and kept with the world.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.physics.air.earth_shadow import edge_height_m, shadow_reaches
 from rtbow.physics.drop.airy import bow_width
 from rtbow.physics.drop.medium import Medium
-from rtbow.scene.lights import TIME_AND_PLACE
+from rtbow.scene.lights import TIME_AND_PLACE, SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.tables.mixtures import KeptMixtures
@@ -97,6 +97,18 @@ class Fineness:
     max_delta_e: float
 
 
+class SunKey(NamedTuple):
+    """What a scene calls a sun.
+
+    Attributes:
+        name: its key, such as ``light.0``.
+        timed: whether a time and a place say where it stands.
+    """
+
+    name: str
+    timed: bool
+
+
 @dataclass(frozen=True)
 class World:
     """A scene resolved.
@@ -122,6 +134,15 @@ class World:
     _still: dict[str, Any] = field(repr=False)
     _files: tuple[InputFile, ...] = field(default=(), repr=False, compare=False)
     _tables: dict[str, Sections] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def sun_keys(self) -> tuple[SunKey, ...]:
+        """The scene's keys of ``optics.suns``, for messages."""
+        return tuple(
+            SunKey(f"light.{number}", light.time is not None)
+            for number, light in enumerate(self._scene.light)
+            if isinstance(light, SunLight)
+        )
 
     @property
     def rain_per_m(self) -> float:

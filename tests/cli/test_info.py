@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from command_line import FAST, SMALL, Result, contents
+from command_line import SMALL, Result, Summary, contents
 from lamp_samples import FILE_VALUES, rows
 from rtbow.frames.image import read_exr
 from rtbow.study.spectra import colour_temperature
@@ -83,7 +83,7 @@ def test_noise_is_told_where_a_scene_takes_the_file(call, tmp_path):
     (tmp_path / "lamp.csv").write_text("nm,v\n" + rows(y=FILE_VALUES - 0.023))
     render = ("render", "uniform", "-o", "x.exr", *SMALL, "--set", "light.0.spectrum=lamp.csv")
     note = "note: lamp.csv: 1 of 81 values are below zero, by 0.00021 of the greatest at most, and"
-    assert call(*render).err == f"{FAST}{note} are taken as zero\n"
+    assert call(*render).err == Summary("fast", notes=f"{note} are taken as zero\n")
     assert call(*render, "-q") == Result(0, "", "")
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import rtbow.cli.main
 import rtbow.render.renderer
-from command_line import SMALL, Result, assert_message, assert_refused, contents, execute
+from command_line import SMALL, Result, Summary, assert_message, assert_refused, contents, execute
 from rtbow import __version__
 from rtbow.base.errors import InputError, RtbowError, UnavailableError
 from rtbow.base.resources import resource_dir
@@ -120,7 +120,7 @@ def test_without_gl_the_packages_are_named(tmp_path):
 def test_without_gl_the_reference_and_the_rest_work(tmp_path):
     args = ("-o", "x.exr", "--size", "8x5", "--method", "reference")
     result = execute("render", "uniform", *args, cwd=tmp_path, **NO_GL)
-    assert result == Result(0, "x.exr\n", "")
+    assert result == Result(0, "x.exr\n", Summary("reference"))
     result = execute("info", cwd=tmp_path, **NO_GL)
     assert result.code == 0
     assert result.out.count("does not work") == 3

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from command_line import FAST, SMALL, Result, contents, execute
+from command_line import FAST, SMALL, Result, Summary, contents, execute
 from rtbow import __version__
 from rtbow.base.arrays import Steps
 from rtbow.cli import options
@@ -37,9 +36,9 @@ def test_both_files_say_how_they_were_made(call, tmp_path):
     with Image.open("bow.png") as picture:
         assert picture.size == (32, 18)
         assert picture.mode == "RGB"
-        for key in ("scene", "command", "rtbowVersion", "method", "renderer"):
+        for key in ("scene", "sceneName", "command", "rtbowVersion", "method", "renderer"):
             assert picture.text[key] == texts[key]
-        assert picture.text["exposureEV100"] == "12"
+        assert picture.text["exposureEV100"] == texts["exposureEV100"] == "12"
 
 
 def test_the_reference_says_that_it_is_one(call):
@@ -57,11 +56,11 @@ def test_auto_names_its_choice_on_stderr(call):
     args += ("--set", "light.0.angular_diameter_deg=0")
     result = call(*args)
     assert result.out == "b.exr\n"
-    assert re.fullmatch(r"method spectral: .* = 0: drops under a point of light .*\n", result.err)
+    assert result.err == Summary("spectral", ".* = 0: drops under a point of light .*")
     assert "use --method spectral" not in result.err
     assert read_exr("b.exr")[1]["method"] == "spectral"
     assert call(*args, "-q") == Result(0, "", "")
-    assert call(*args, "--method", "spectral") == Result(0, "b.exr\n", "")
+    assert call(*args, "--method", "spectral") == Result(0, "b.exr\n", Summary("spectral"))
 
 
 def test_the_tolerated_error_is_noted_in_the_scene(call):
@@ -164,7 +163,7 @@ def test_each_headless_backend(call, backend):
 @pytest.mark.parametrize("method", ["fast", "spectral", "reference"])
 def test_a_pipe_sees_no_progress(tmp_path, method):
     args = ("render", "uniform", "-o", "x.exr", "--size", "8x20", "--method", method)
-    assert execute(*args, cwd=tmp_path) == Result(0, "x.exr\n", "")
+    assert execute(*args, cwd=tmp_path) == Result(0, "x.exr\n", Summary(method))
 
 
 def test_a_pipe_is_told_what_is_built_if_that_is_slow(monkeypatch, capsys):

@@ -14,7 +14,7 @@ from PIL import Image
 
 import rtbow.cli.main
 from checkout import ROOT
-from command_line import SMALL, assert_refused, contents
+from command_line import FAST, SMALL, assert_refused, contents
 from rtbow.frames.image import read_exr
 from scene_samples import UNIFORM
 
@@ -45,7 +45,9 @@ def test_a_picture_to_a_program(run, tmp_path):
     with Image.open(io.BytesIO(done.stdout)) as image:
         assert (image.format, image.size) == ("PNG", (32, 18))
         assert image.text["method"] == "fast"
-    assert done.stderr.decode().splitlines() == ["bow.exr", "method fast"]
+    name, said = done.stderr.decode().split("\n", 1)
+    assert name == "bow.exr"
+    assert said == FAST
 
     exr = run("render", "-", *SMALL, "-o", "-", "--format", "exr", "-q", input=UNIFORM.encode())
     assert (exr.returncode, exr.stderr) == (0, b"")
@@ -113,6 +115,12 @@ class TestCompletion:
         assert self.proposed(verb, "figures/fig9a") == ["figures/fig9a"]
         assert self.proposed(verb, "no/such/") == []
         assert self.proposed(verb, ".s") == [".shy.toml"]
+
+    def test_frames_and_scenes(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        for name in ("shade.toml", "shot.png", "shy.exr"):
+            (tmp_path / name).touch()
+        assert self.proposed("measure", "sh") == ["shower", "shade.toml", "shy.exr"]
 
     def test_options_and_choices(self):
         assert self.proposed("render", "uniform", "--meth") == ["--method"]

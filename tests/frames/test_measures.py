@@ -48,10 +48,25 @@ def test_radius_of_a_ring():
 def test_width_of_a_gaussian():
     angle = np.arange(30.0, 50.0, 0.05)
     one = made(angle, np.exp(-0.5 * ((angle - 41.0) / 0.6) ** 2))
-    assert measures.primary_width(one) == pytest.approx(2.3548 * 0.6, abs=0.01)
+    assert measures.full_width(one, 1) == pytest.approx(2.3548 * 0.6, abs=0.01)
     # On a plateau inside, the inner side is measured half-way down to it.
     step = np.where(angle < 41.0, 0.2 + 0.8 * one.luminance, one.luminance)
-    assert measures.primary_width(made(angle, step)) == pytest.approx(2.3548 * 0.6, abs=0.02)
+    assert measures.full_width(made(angle, step), 1) == pytest.approx(2.3548 * 0.6, abs=0.02)
+
+
+def test_contrast_is_with_the_dark_between_the_bows():
+    """Both bows on a floor of 0.05; on their bright sides plateaus of 0.3 and 0.2 that do not
+    count."""
+    angle = np.arange(30.0, 62.0, 0.05)
+    value = 0.05 + np.where(angle < 40.0, 0.3, 0.0) + np.where(angle > 53.5, 0.2, 0.0)
+    value += np.exp(-0.5 * ((angle - 41.5) / 0.4) ** 2)
+    value += 0.5 * np.exp(-0.5 * ((angle - 52.0) / 0.4) ** 2)
+    both = made(angle, value)
+    assert measures.contrast(both, 1) == pytest.approx(1.0 / 1.1, abs=2e-3)
+    assert measures.contrast(both, 2) == pytest.approx(0.5 / 0.6, abs=2e-3)
+    # The secondary's bright end lies half-way down to its plateau, the dark one at half its height.
+    bright, dark = (np.sqrt(2.0 * np.log(0.5 / rest)) for rest in (0.35, 0.225))
+    assert measures.full_width(both, 2) == pytest.approx(0.4 * (bright + dark), abs=0.02)
 
 
 def test_red_width_falls_with_the_radius():
@@ -64,7 +79,7 @@ def test_red_width_falls_with_the_radius():
         value = airy_table().cross_section(
             primary, primary.strength, np.array([radius]), theta, np.radians(0.2665)
         )[0, 0]
-        widths.append(measures.primary_width(made(angle, value / value.max())))
+        widths.append(measures.full_width(made(angle, value / value.max()), 1))
     assert widths[0] > widths[1] > widths[2]
 
 

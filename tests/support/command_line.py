@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,7 +13,31 @@ from pathlib import Path
 from checkout import ROOT
 
 SMALL = ("--size", "32x18")
-FAST = "method fast\n"
+
+
+class Summary:
+    """What stderr says of a frame, in three lines at most, whatever its numbers; and what follows.
+
+    Equal to a text that has that form.
+    """
+
+    def __init__(self, method: str, reason: str = "", notes: str = "") -> None:
+        """Give the method, the pattern of why ``auto`` took it, and the text of the notes."""
+        why = f": {reason}" if reason else ""
+        frame = r"[0-9.]+ s, peak [0-9.e+-]+ cd/m2(, EV -?[0-9.]+)?(, CIEDE2000 at most [^\n]+)?\n"
+        bows = r"(([a-z0-9. ]+ bow: radius [0-9.]+(, width [0-9.]+)? deg(; )?)+\n)?"
+        self.pattern = f"method {method}{why}\n{frame}{bows}{re.escape(notes)}"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, str) and re.fullmatch(self.pattern, other) is not None
+
+    def __repr__(self) -> str:
+        return f"<text like {self.pattern!r}>"
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+FAST = Summary("fast")
 """What stderr says where ``auto`` chose."""
 
 
@@ -22,7 +47,7 @@ class Result:
 
     code: int
     out: str
-    err: str
+    err: str | Summary
 
 
 def spawn(*args: str, cwd: Path, code: str = "", **options) -> subprocess.Popen[str]:

@@ -47,6 +47,19 @@ class Medium:
             return PRIMARY_UNIT
         return bow_unit(self.refractive_index)
 
+    def descartes_deg(self, reflections: int, wavelength_nm: float) -> float:
+        """Give the scattering angle of the ray of least deviation, degrees, 180 backwards.
+
+        A bow's light is brightest some tenths of a degree on its bright side, the more so the
+        smaller the drops: this is the limit of large ones and of a light without a disc.
+
+        Args:
+            reflections: internal reflections, 1 primary, 2 secondary.
+            wavelength_nm: in air.
+        """
+        nm = floats([wavelength_nm])
+        return float(np.degrees(bow(reflections, nm * 1e-9, self.index(nm)).angle_rad[0]))
+
     def bow_radius_deg(self, reflections: int, wavelength_nm: float = YELLOW_NM) -> float:
         """Give the radius of Descartes' bow about the antisolar point, degrees.
 
@@ -54,8 +67,7 @@ class Medium:
             reflections: internal reflections: 1 primary, 2 secondary.
             wavelength_nm: in air.
         """
-        nm = np.array([wavelength_nm])
-        return 180.0 - float(np.degrees(bow(reflections, 1e-9 * nm, self.index(nm)).angle_rad[0]))
+        return 180.0 - self.descartes_deg(reflections, wavelength_nm)
 
     def __str__(self) -> str:
         if self.refractive_index is not None:

@@ -21,6 +21,8 @@ from rtbow.scene.text.sun import SunAt, placed_sun
 from rtbow.scene.text.values import resolve_paths, scene_from_values
 
 DEFAULT_SCENE = "default"
+_NOTED = "# --set "
+"""What stands before an override at the end of a scene's text."""
 _MOST_REASON = 120
 """Characters of the parser's message, which may quote a whole key."""
 
@@ -158,7 +160,42 @@ def with_overrides_noted(text: str, overrides: Mapping[str, object]) -> str:
     if overrides and text and not text.endswith("\n"):
         text += "\n"
     typed = (typed_override(key, value) for key, value in overrides.items())
-    return text + "".join(f"# --set {override}\n" for override in typed)
+    return text + "".join(f"{_NOTED}{override}\n" for override in typed)
+
+
+def noted_overrides(text: str) -> dict[str, object]:
+    """Return the overrides that :func:`with_overrides_noted` left at the end of a scene's text.
+
+    Raises:
+        InputError: what stands there was changed, and is no override any more.
+    """
+    noted: list[str] = []
+    for line in reversed(text.splitlines()):
+        if not line.startswith(_NOTED):
+            break
+        noted.insert(0, line.removeprefix(_NOTED))
+    return dict(parse_set(override) for override in noted)
+
+
+def scene_of_frame(text: str, name: str, frame: str | os.PathLike[str]) -> Scene:
+    """Make the scene of a frame from what the frame's metadata hold.
+
+    Args:
+        text: the scene's text, with overrides at its end.
+        name: of the scene: a built-in scene's, a path, or nothing where it is not known. Relative
+            paths in the text start at that scene's folder, else at the frame's.
+        frame: path of the frame, for messages.
+
+    Raises:
+        InputError: no valid scene any more, or a file that it names is not where it was.
+    """
+    builtin = builtin_scenes().get(name)
+    folder = Path(frame).parent
+    if builtin is not None:
+        folder = builtin.parent
+    elif name.lower().endswith(".toml"):
+        folder = Path(name).parent
+    return scene_from_text(text, f"{shown_path(frame)} (its scene)", folder, noted_overrides(text))
 
 
 def typed_override(key: str, value: object) -> str:

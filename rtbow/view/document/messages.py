@@ -66,7 +66,7 @@ class FrameDrawn:
         method: by which it was drawn.
         unsuited: why ``auto`` did not take ``fast``; empty if it did.
         renderer: the device.
-        notes: what of the scene is not drawn as it stands.
+        notes: what of the scene is not drawn as it stands, and why no bow shows.
     """
 
     number: int

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.physics.drop.airy import bow
+from rtbow.frames.bows.places import EXTREMES_NM
 from rtbow.physics.geometry import angle_between, box_span, direction
 from rtbow.scene.lights import PointLight, SunLight
 from rtbow.scene.model import Scene
@@ -21,8 +21,6 @@ from rtbow.world.rain.box import box_of
 
 Kind = Literal["bow", "horizon", "grid", "box", "light", "antisolar"]
 
-EXTREMES_NM = (680.0, 440.0)
-"""Wavelengths of the outer and inner edge of the primary bow as an eye sees it."""
 ORDERS = {1: "primary", 2: "secondary", 3: "tertiary", 4: "quaternary"}
 """Names of bows by number of internal reflections."""
 
@@ -89,12 +87,9 @@ def overlays(
 def descartes_deg(scene: Scene, reflections: int, wavelength_nm: float) -> float:
     """Give the scattering angle of the ray of least deviation, degrees, 180 backwards.
 
-    A bow's light is brightest some tenths of a degree on its bright side, the more so the smaller
-    the drops: this is the limit of large ones and of a light without a disc.
+    See :meth:`rtbow.physics.drop.medium.Medium.descartes_deg`.
     """
-    nm = floats([wavelength_nm])
-    index = scene.scattering.medium.index(nm)
-    return float(np.degrees(bow(reflections, nm * 1e-9, index).angle_rad[0]))
+    return scene.scattering.medium.descartes_deg(reflections, wavelength_nm)
 
 
 def bow_circles(

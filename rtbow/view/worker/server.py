@@ -167,7 +167,8 @@ class Server:
             request.number, request.scene, np.empty((0, 0, 3), np.float32),
             time.perf_counter() - begun,
             auto_exposure_ev(rgb[::_EXPOSURE_STRIDE, ::_EXPOSURE_STRIDE]),
-            renderer.method_used, renderer.unsuited, renderer.gl_renderer, renderer.notes,
+            renderer.method_used, renderer.unsuited, renderer.gl_renderer,
+            (*renderer.notes, *renderer.unseen),
         )  # fmt: skip
         size_px = rgb.shape[1], rgb.shape[0]
         self._pipe.send(Placed(frame, *self._ring.put(rgb), size_px))

@@ -66,6 +66,24 @@ class DropletVolume:
         least = self.radius_um.min(where=filled, initial=np.inf)
         return float(least), float(self.radius_um.max(where=filled, initial=0.0))
 
+    @cached_property
+    def filled_box_m(self) -> Array | None:
+        """Corners (2, 3) of the least box that holds all drops, m; None where there are none."""
+        filled = self.number_per_m3 > 0.0
+        if not filled.any():
+            return None
+        box = self.box_m.copy()
+        for axis, count in enumerate(self.shape):
+            if count == 1:
+                continue
+            others = tuple(other for other in range(3) if other != axis)
+            points = np.flatnonzero(filled.any(axis=others))
+            # Between a filled point and an empty one there are drops.
+            ends = max(points[0] - 1, 0), min(points[-1] + 1, count - 1)
+            low, high = self.box_m[:, axis]
+            box[:, axis] = low + (high - low) * np.array(ends) / (count - 1)
+        return box
+
     @property
     def size_range_um(self) -> tuple[float, float]:
         """Least and greatest radius of any drop, mixed ones included.

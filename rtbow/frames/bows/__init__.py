@@ -1,0 +1,1 @@
+"""The bows of a frame: where they stand, how they measure, and why none shows."""
