@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.cli.options import (
+    Number,
     WholeNumber,
     backend_option,
     max_delta_e_option,
@@ -81,7 +82,7 @@ def _pixel_count(value: str) -> int | str:
 )
 @click.option(
     "--scaling-limit-s",
-    type=float,
+    type=Number(),
     metavar="S",
     help="Time that a point of --scaling may take; left out: 60.",
 )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.errors import InputError, RtbowError, cut
 from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MAX_DISC_DEG, MOST_DELTA_E
 from rtbow.physics.constants import SUN_DIAMETER_DEG
 
@@ -154,6 +154,24 @@ def number_list(value: Any) -> tuple[float, ...]:
         ) from None
 
 
+class Number(click.ParamType):
+    """A number, as it is typed in scenes, too."""
+
+    name = "number"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Return the number, or raise click.BadParameter."""
+        try:
+            return float(value)
+        except ValueError:
+            from rtbow.scene.text.numbers import remedy
+
+            what = remedy(str(value)) or "write one such as 2.5"
+            self.fail(f"{cut(repr(value))} is not a number; {what}", param, ctx)
+
+
 class WholeNumber(click.IntRange):
     """A whole number within a range."""
 
@@ -178,7 +196,7 @@ def number_option(name: str, default: float | None, metavar: str, text: str) -> 
     """Add an option that takes a number; without a default, the help says what is taken."""
     return click.option(
         name,
-        type=float,
+        type=Number(),
         default=default,
         show_default=default is not None,
         metavar=metavar,

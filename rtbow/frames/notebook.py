@@ -64,7 +64,7 @@ def show(frame: NDArray[np.float32], exposure_ev: float | None = None) -> Pictur
         or not abs(exposure_ev) <= EV_LIMIT  # NaN is not
     ):
         raise InputError(
-            f"exposure_ev = {exposure_ev!r}; must be a number, {-EV_LIMIT:g}..{EV_LIMIT:g}, such as"
-            " 13, or None for one chosen by the frame"
+            f"exposure_ev = {exposure_ev!r}; must be a number, {-EV_LIMIT:g}..{EV_LIMIT:g} EV, such"
+            " as 13, or None for one chosen by the frame"
         )
     return Picture(display(radiance, float(exposure_ev)), float(exposure_ev))

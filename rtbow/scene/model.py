@@ -183,7 +183,7 @@ class Scattering(Table):
         temperature_c = info.data.get("water_temperature_c", low)
         if salinity and not low <= temperature_c <= high:
             raise refused(
-                f"goes with a water_temperature_c of {low:g}..{high:g}, over which the index of "
+                f"goes with a water_temperature_c of {low:g}..{high:g} °C, over which the index of "
                 f"sea water is known; it is {temperature_c:g}"
             )
         return salinity

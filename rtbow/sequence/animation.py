@@ -13,6 +13,7 @@ from rtbow.base.errors import InputError
 from rtbow.scene.lights import SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene, typed_override, with_overrides_noted
+from rtbow.scene.text.numbers import remedy
 from rtbow.scene.text.schema import node_at
 from rtbow.scene.text.values import changed_scene
 
@@ -85,9 +86,8 @@ def _end(key: str, text: str, whole: bool) -> float | int:
         value = int(text) if whole else float(text)
     except ValueError:
         kind = "a whole number" if whole else "a number"
-        raise InputError(
-            f"--key {key}: {text} is not {kind}; write from:to, such as 2:40"
-        ) from None
+        what = remedy(text) or "write from:to, such as 2:40"
+        raise InputError(f"--key {key}: {text} is not {kind}; {what}") from None
     if not math.isfinite(value):
         raise InputError(f"--key {key}: {text}; both ends must be finite numbers")
     return value

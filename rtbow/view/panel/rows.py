@@ -129,7 +129,7 @@ class Row:
             return ""
         if self.kind == "number":
             return self.node.range
-        return self.node.expects()
+        return replace(self.node, unit="").expects()  # which is said beside it
 
     @property
     def start(self) -> float:

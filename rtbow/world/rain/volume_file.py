@@ -178,7 +178,7 @@ def _refuse_numbers(number: Field, wrong: Iterator[NDArray[np.bool_]]) -> None:
         place, count = found
         raise InputError(
             f"number_per_m3{list(place)} = {number[place]:g}{_and_more(count)}; must be"
-            f" 0..{MAX_DENSITY_PER_M3:g}; set it to 0 where there are no drops"
+            f" 0..{MAX_DENSITY_PER_M3:g} 1/m³; set it to 0 where there are no drops"
         )
 
 
