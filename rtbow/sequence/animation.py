@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SUN_KEYS = ("light.0.altitude_deg", "light.0.azimuth_deg")
 """A path of the sun moves these keys."""
 _PLACES = re.compile(
-    r"(camera|light\.[0-9]+)\.(position_m(\.[0-2])?|azimuth_deg|altitude_deg)|camera\.fov_deg"
+    r"(camera|light\.[0-9]+)\.(position_m(\.[0-2])?|azimuth_deg|altitude_deg)|camera\.(fov_deg|focal_length_mm|roll_deg|lens_shift(\.[01])?)"
 )
 """These keys say where camera and lights are: method ``fast`` keeps its tables as they change."""
 

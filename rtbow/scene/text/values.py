@@ -70,6 +70,8 @@ def values_of(scene: Scene, folder: Path | None = None) -> dict[str, Any]:
         if "time" in light:  # what follows from it is no value of its own
             for key in FROM_TIME:
                 light.pop(key, None)
+    if "focal_length_mm" in values["camera"]:
+        del values["camera"]["fov_deg"]
     if scene.compare is not None:
         values["compare"]["right"] = {
             key: toml_text(None) if value is None else value

@@ -316,6 +316,6 @@ def _names(kind: Kind, node: Node, unit: str, description: str, inner: Node) -> 
     count = len(node.items if kind == "vector" else Node.of(node.items[0]).items)
     if count == len(AXES):
         return AXES
-    if count == 2 and unit == "px":
-        return ("width", "height")
+    if count == 2:
+        return ("width", "height") if unit else ("right", "up")
     return tuple(str(number) for number in range(count))
