@@ -14,8 +14,8 @@ import click
 from rtbow.base.errors import InputError, cut
 from rtbow.cli.options import (
     Drawing,
-    Number,
     drawing_options,
+    number,
     progress_bar,
     quiet_option,
     scene_argument,
@@ -66,10 +66,11 @@ def _frame_count(value: str) -> int | float:
     seconds = text.removesuffix("s")
     try:
         if seconds == text:
-            return click.IntRange(1, MOST_FRAMES).convert(text, None, None)
-        if math.isfinite(time := float(seconds)) and time > 0.0:
+            if 1 <= (count := int(text)) <= MOST_FRAMES:
+                return count
+        elif math.isfinite(time := float(seconds)) and time > 0.0:
             return time
-    except (ValueError, click.BadParameter):
+    except ValueError:
         pass
     raise click.BadParameter(
         f"{cut(repr(text))} is no number of frames; write a whole number, 1..{MOST_FRAMES}, such as"
@@ -142,7 +143,7 @@ def _counted(count: int | float, fps: float | None, film: bool) -> int:
 )
 @click.option(
     "--fps",
-    type=Number(),
+    type=number,
     metavar="FPS",
     help="Pictures a second; left out: 30 in a film.",
 )

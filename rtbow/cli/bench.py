@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtbow.cli.options import (
-    Number,
     WholeNumber,
     backend_option,
     max_delta_e_option,
+    number,
     progress_bar,
     quiet_option,
     scene_completions,
@@ -82,7 +82,7 @@ def _pixel_count(value: str) -> int | str:
 )
 @click.option(
     "--scaling-limit-s",
-    type=Number(),
+    type=number,
     metavar="S",
     help="Time that a point of --scaling may take; left out: 60.",
 )

@@ -142,6 +142,17 @@ def scene_completions(
     return items
 
 
+def number(value: Any) -> float:
+    """Read a number, such as ``2.5``."""
+    try:
+        return float(value)
+    except ValueError:
+        from rtbow.scene.text.numbers import remedy
+
+        what = remedy(str(value)) or "write one such as 2.5"
+        raise click.BadParameter(f"{cut(repr(value))} is not a number; {what}") from None
+
+
 def number_list(value: Any) -> tuple[float, ...]:
     """Read numbers with commas between them, such as ``100,500``."""
     if isinstance(value, tuple):
@@ -152,24 +163,6 @@ def number_list(value: Any) -> tuple[float, ...]:
         raise click.BadParameter(
             f"{value!r} is not a list of numbers such as 100,500,1000"
         ) from None
-
-
-class Number(click.ParamType):
-    """A number, as it is typed in scenes, too."""
-
-    name = "number"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Return the number, or raise click.BadParameter."""
-        try:
-            return float(value)
-        except ValueError:
-            from rtbow.scene.text.numbers import remedy
-
-            what = remedy(str(value)) or "write one such as 2.5"
-            self.fail(f"{cut(repr(value))} is not a number; {what}", param, ctx)
 
 
 class WholeNumber(click.IntRange):
@@ -196,7 +189,7 @@ def number_option(name: str, default: float | None, metavar: str, text: str) -> 
     """Add an option that takes a number; without a default, the help says what is taken."""
     return click.option(
         name,
-        type=Number(),
+        type=number,
         default=default,
         show_default=default is not None,
         metavar=metavar,

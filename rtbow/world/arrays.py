@@ -74,7 +74,8 @@ class Volume:
             checked = checked_volume("Volume", radius, number, box)
         except InputError as error:
             raise InputError(f"Volume: {error}") from None
-        for name, array in zip(("box_m", "radius_um", "number_per_m3"), checked, strict=True):
+        kept: tuple[NDArray[Any], ...] = checked
+        for name, array in zip(("box_m", "radius_um", "number_per_m3"), kept, strict=True):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
 
@@ -247,8 +248,13 @@ def _folder(process: int) -> Path:
             f"no folder for the arrays of a scene: {error.strerror}; set TMPDIR to a folder that"
             " can be written"
         ) from None
-    atexit.register(lambda: os.getpid() == process and shutil.rmtree(folder, ignore_errors=True))
+    atexit.register(_remove, folder, process)
     return Path(folder)
+
+
+def _remove(folder: str, process: int) -> None:
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _file(stem: str, suffix: str, data: bytes) -> str:
