@@ -33,7 +33,7 @@ from rtbow.bench.row import (
 from rtbow.gl.context import Backend, open_context
 from rtbow.render.renderer import METHODS, MethodName, Renderer
 from rtbow.scene.model import Scene
-from rtbow.scene.text.file import builtin_scenes, load_scene
+from rtbow.scene.text.file import is_scene_name, load_scene
 from rtbow.scene.text.sun import SunAt
 
 DEFAULT_SIZE = (640, 360)
@@ -144,7 +144,7 @@ class Plan:
         try:
             return load_scene(name, overrides, self.sun)
         except InputError as error:
-            if name is None or name.lower().endswith(".toml") or name in builtin_scenes():
+            if name is None or is_scene_name(name):
                 raise
             end = "" if str(error).endswith("?") else "."
             raise InputError(

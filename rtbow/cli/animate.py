@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from collections.abc import Callable
@@ -11,11 +12,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from rtbow.base.errors import InputError
+from rtbow.base.errors import InputError, cut
 from rtbow.cli.options import (
     Drawing,
-    WholeNumber,
     drawing_options,
+    number,
     progress_bar,
     quiet_option,
     scene_argument,
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from rtbow.physics.light.sun_position import SunPosition
     from rtbow.render.renderer import MethodName
     from rtbow.sequence.run import Report
+
+
+MOST_FRAMES = 100_000
 
 
 @dataclass(frozen=True)
@@ -100,6 +104,48 @@ def _moment(value: Any) -> datetime:
         raise click.BadParameter(str(error)) from None
 
 
+def _frame_count(value: str) -> int | float:
+    """Read a number of frames, or seconds, such as ``4s``, which stay a float."""
+    text = str(value).strip()
+    seconds = text.removesuffix("s")
+    try:
+        if seconds == text:
+            if 1 <= (count := int(text)) <= MOST_FRAMES:
+                return count
+        elif math.isfinite(time := float(seconds)) and time > 0.0:
+            return time
+    except ValueError:
+        pass
+    raise click.BadParameter(
+        f"{cut(repr(text))} is no number of frames; write a whole number, 1..{MOST_FRAMES}, such as"
+        " 120, or seconds, such as 4s"
+    )
+
+
+def _counted(count: int | float, fps: float | None, film: bool) -> int:
+    """Give the number of frames that seconds take; a number of frames stays as it is.
+
+    Args:
+        count: as :func:`_frame_count` reads it.
+        fps: pictures a second, if they were given.
+        film: whether a film is written, which has some rate in any case.
+    """
+    if isinstance(count, int):
+        return count
+    from rtbow.frames.film import DEFAULT_FPS
+
+    if fps is None and not film:
+        raise InputError(f"--frames {count:g}s: of how many a second? Add --fps, such as --fps 25")
+    rate = DEFAULT_FPS if fps is None else fps
+    frames = round(count * rate) if count * rate <= 2 * MOST_FRAMES else 2 * MOST_FRAMES
+    if not 1 <= frames <= MOST_FRAMES:
+        raise InputError(
+            f"--frames {count:g}s: at {rate:g} a second; must be 1..{MOST_FRAMES} frames, which"
+            f" take {1.0 / rate:.3g}..{MOST_FRAMES / rate:.3g} s"
+        )
+    return frames
+
+
 @click.command()
 @scene_argument
 @click.option(
@@ -128,10 +174,10 @@ def _moment(value: Any) -> datetime:
 @click.option(
     "--frames",
     "count",
-    type=WholeNumber(1, 100_000),
+    type=_frame_count,
     required=True,
-    metavar="N",
-    help="Number of frames.",
+    metavar="N|SECONDSs",
+    help="Number of frames, such as 120; or seconds, such as 4s, with --fps or a film.",
 )
 @click.option(
     "-o",
@@ -148,7 +194,12 @@ def _moment(value: Any) -> datetime:
     is_flag=True,
     help="Replace files in the way, even if rtbow animate did not write them.",
 )
-@click.option("--fps", type=float, metavar="FPS", help="Pictures a second of a film; left out: 30.")
+@click.option(
+    "--fps",
+    type=number,
+    metavar="FPS",
+    help="Pictures a second; left out: 30 in a film.",
+)
 @drawing_options(
     size="Width and height in pixels, such as 640x360.",
     example="droplets.extinction=true",
@@ -162,7 +213,7 @@ def animate(
     sun_path: _Path | None,
     start: datetime | None,
     end: datetime | None,
-    count: int,
+    count: int | float,
     outputs: tuple[str, ...],
     overwrite: bool,
     fps: float | None,
@@ -195,8 +246,12 @@ def animate(
     wanted = parse_outputs(outputs)
     if fps is not None:
         check_fps(fps)
-        if not wanted.films:
-            raise InputError(f"--fps {fps:g} goes with a film; add one, such as -o film.mp4")
+        if not wanted.films and isinstance(count, int):
+            raise InputError(
+                f"--fps {fps:g} goes with a film, or with --frames in seconds; add one, such as"
+                " -o film.mp4 or --frames 4s"
+            )
+    count = _counted(count, fps, bool(wanted.films))
     positions = () if sun_path is None else sun_path.positions(count, (start, end))
     animation = plan_animation(scene, overrides, count, moves, positions)
     report = sequence.animate(

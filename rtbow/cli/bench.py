@@ -14,6 +14,7 @@ from rtbow.cli.options import (
     WholeNumber,
     backend_option,
     max_delta_e_option,
+    number,
     progress_bar,
     quiet_option,
     scene_completions,
@@ -84,7 +85,7 @@ def _pixel_count(value: str) -> int | str:
 )
 @click.option(
     "--scaling-limit-s",
-    type=float,
+    type=number,
     metavar="S",
     help="Time that a point of --scaling may take; left out: 60.",
 )

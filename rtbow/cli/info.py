@@ -38,10 +38,16 @@ def info(subject: str | None, output: str | None) -> None:
 
 
 def _is_scene(subject: str) -> bool:
-    """Whether a subject is a scene: a path that ends with .toml, or a built-in scene's name."""
-    from rtbow.scene.text.file import builtin_scenes
+    """Whether a subject is a scene; what is a spectrum's name, too, is that."""
+    from rtbow.scene.text.file import builtin_scenes, is_scene_name
 
-    return subject.lower().endswith(".toml") or subject in builtin_scenes()
+    if not is_scene_name(subject):
+        return False
+    if subject.lower().endswith(".toml") or subject in builtin_scenes():
+        return True
+    from rtbow.world.spectra import spectrum_names
+
+    return subject not in spectrum_names()
 
 
 def _show_scene(subject: str, output: str | None) -> None:

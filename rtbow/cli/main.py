@@ -58,6 +58,18 @@ def scenes() -> None:
         click.echo(f"{name:<{width}}  {scene_title(path)}")
 
 
+@rtbow.command()
+def spectra() -> None:
+    """List the spectra known by name: what each is, colour temperature, colour rendering index.
+
+    Example: rtbow spectra
+    """
+    from rtbow.study.spectra import spectrum_list
+
+    for line in spectrum_list():
+        click.echo(line)
+
+
 for _verb in (animate, bench, chart, figures, info, measure, new, render, table, view):
     rtbow.add_command(_verb)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from rtbow.base.errors import InputError, RtbowError
+from rtbow.base.errors import InputError, RtbowError, cut
 from rtbow.base.limits import DEFAULT_DELTA_E, LEAST_DELTA_E, MAX_DISC_DEG, MOST_DELTA_E
 from rtbow.physics.constants import SUN_DIAMETER_DEG
 
@@ -167,6 +167,17 @@ def frame_or_scene_completions(
     return _completions(incomplete, (".toml", ".exr"))
 
 
+def number(value: Any) -> float:
+    """Read a number, such as ``2.5``."""
+    try:
+        return float(value)
+    except ValueError:
+        from rtbow.scene.text.numbers import remedy
+
+        what = remedy(str(value)) or "write one such as 2.5"
+        raise click.BadParameter(f"{cut(repr(value))} is not a number; {what}") from None
+
+
 def number_list(value: Any) -> tuple[float, ...]:
     """Read numbers with commas between them, such as ``100,500``."""
     if isinstance(value, tuple):
@@ -203,7 +214,7 @@ def number_option(name: str, default: float | None, metavar: str, text: str) -> 
     """Add an option that takes a number; without a default, the help says what is taken."""
     return click.option(
         name,
-        type=float,
+        type=number,
         default=default,
         show_default=default is not None,
         metavar=metavar,

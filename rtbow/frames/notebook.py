@@ -33,6 +33,23 @@ class Picture:
         return f"<picture of {width} x {height} pixels at EV {self.exposure_ev:.2f}>"
 
 
+def tone_map(frame: NDArray[np.float32], ev: float | None = None) -> NDArray[np.uint8]:
+    """Give the picture that a frame is as a ``.png``: exposed, brought into gamut, sRGB.
+
+    Args:
+        frame: linear Rec. 709 in cd/m² (h, w, 3), as :meth:`rtbow.Renderer.render` gives it.
+        ev: exposure value (ISO 100), as after ``--exposure``; None chooses one by the frame.
+
+    Returns:
+        8 bit sRGB (h, w, 3), first row on top.
+
+    Raises:
+        InputError: not such an array, or no such exposure.
+        RtbowError: the frame holds a NaN or an infinity.
+    """
+    return _picture("tone_map", frame, "ev", ev).rgb
+
+
 def show(frame: NDArray[np.float32], exposure_ev: float | None = None) -> Picture:
     """Show a frame in a notebook: the value of a cell's last line, or an argument of ``display``.
 
@@ -47,11 +64,18 @@ def show(frame: NDArray[np.float32], exposure_ev: float | None = None) -> Pictur
         InputError: not such an array, or no such exposure.
         RtbowError: the frame holds a NaN or an infinity.
     """
+    return _picture("show", frame, "exposure_ev", exposure_ev)
+
+
+def _picture(
+    caller: str, frame: NDArray[np.float32], name: str, exposure_ev: float | None
+) -> Picture:
+    """Check a frame and an exposure, for a caller and its argument's name, and show it."""
     numbers = isinstance(frame, np.ndarray) and frame.dtype.kind in "fiu"
     if not numbers or frame.ndim != 3 or frame.shape[2] != 3 or not frame.size:
         what = f"{type(frame).__name__} {getattr(frame, 'shape', '')}".rstrip()
         raise InputError(
-            f"show takes a frame, an array of numbers (height, width, 3), not {what}; pass what"
+            f"{caller} takes a frame, an array of numbers (height, width, 3), not {what}; pass what"
             " Renderer.render() returns"
         )
     radiance = frame.astype(np.float32)
@@ -64,7 +88,7 @@ def show(frame: NDArray[np.float32], exposure_ev: float | None = None) -> Pictur
         or not abs(exposure_ev) <= EV_LIMIT  # NaN is not
     ):
         raise InputError(
-            f"exposure_ev = {exposure_ev!r}; must be a number, {-EV_LIMIT:g}..{EV_LIMIT:g}, such as"
-            " 13, or None for one chosen by the frame"
+            f"{name} = {exposure_ev!r}; must be a number, {-EV_LIMIT:g}..{EV_LIMIT:g} EV, such"
+            " as 13, or None for one chosen by the frame"
         )
     return Picture(display(radiance, float(exposure_ev)), float(exposure_ev))

@@ -101,13 +101,13 @@ def _at_edges(
 
 def _extents(view: View, rays: Array) -> Array:
     """By how much each component of pixels' rays changes from one side to the other (n, 3)."""
-    forward, right, up = view.basis
+    _, right, up = view.basis
     size = np.array(view.size_px, dtype=float)
     squares = sum(
         ((axis - (rays @ axis)[:, None] * rays) / count) ** 2
         for axis, count in zip((right, up), size, strict=True)
     )
-    return floats(2.0 * (rays @ forward)[:, None] * np.sqrt(squares))
+    return floats(2.0 * (rays @ view.axis)[:, None] * np.sqrt(squares))
 
 
 def rectangles(mask: Mask, size_px: tuple[int, int]) -> Float32:

@@ -105,6 +105,8 @@ def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, A
         "march.airPerMetre": rates.air_per_metre,
         "march.fixedSteps": world.fineness.steps or 0,
     }
+    if view.area:
+        uniforms["camera.axis"] = tuple(view.axis)
     if view.polarizer is not None:
         uniforms["camera.pass"] = tuple(view.polarizer)
     if volume.uniform:

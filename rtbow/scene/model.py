@@ -34,6 +34,7 @@ from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.medium import Medium
 from rtbow.scene.aim import LOOKED_AT, box_around, look_deg
 from rtbow.scene.droplets import Droplets
+from rtbow.scene.lens import FOCAL_LENGTHS_MM, with_field_of_view
 from rtbow.scene.lights import Light, PointLight
 from rtbow.scene.table import AltitudeDeg, Point, Table, misplaced, refused, shown_as
 
@@ -41,6 +42,8 @@ Pixels = Annotated[int, Field(ge=1, le=16384)]
 Look = Literal["antisolar", "sun", "bow-top", "lamp"]
 _LOOKS = ", ".join(f'"{look}"' for look in get_args(Look))
 Order = Annotated[int, Field(ge=1, le=2)]
+SensorSide = Annotated[float, Field(ge=0.5, le=1000)]
+Shift = Annotated[float, Field(ge=-2, le=2)]
 
 
 class Camera(Table):
@@ -88,6 +91,38 @@ class Camera(Table):
             "deg", "Zooms: the primary bow is 84 degrees across, the secondary 102.", (5.0, 150.0)
         ),
     )
+    focal_length_mm: float | None = Field(
+        None,
+        ge=FOCAL_LENGTHS_MM[0],
+        le=FOCAL_LENGTHS_MM[1],
+        description="of the lens, instead of fov_deg; the picture takes the largest part of the "
+        "sensor that has its shape, and one that is higher than wide turns the sensor",
+        json_schema_extra=shown_as(
+            "mm",
+            "On full frame 20 mm and less show the whole primary bow.",
+            (8.0, 400.0),
+            log=True,
+        ),
+    )
+    sensor_mm: Annotated[tuple[SensorSide, SensorSide], Strict(False)] | None = Field(
+        None,
+        description="width and height of the sensor behind that lens; left out: full frame, "
+        "[36, 24]",
+        json_schema_extra=shown_as("mm", "A smaller sensor sees less through the same lens."),
+    )
+    roll_deg: float = Field(
+        0.0,
+        ge=-360,
+        le=360,
+        description="turn of the camera about its axis, clockwise as the photographer sees it",
+        json_schema_extra=shown_as("deg", "Leans the horizon to the other side.", (-90.0, 90.0)),
+    )
+    lens_shift: Annotated[tuple[Shift, Shift], Strict(False)] = Field(
+        (0.0, 0.0),
+        description="shift of the lens to the right and up, in widths and heights of the picture: "
+        "it shows more of what is there, without a turn of the camera",
+        json_schema_extra=shown_as("", "Shows the top of the bow and keeps uprights upright."),
+    )
     size_px: Annotated[tuple[Pixels, Pixels], Strict(False)] = Field(
         (1280, 720),
         description="width and height of the picture",
@@ -109,7 +144,7 @@ class Camera(Table):
         ge=-360,
         le=360,
         description="polarising filter in front of the lens: the direction that it passes, "
-        "counterclockwise from horizontal as the eye sees it; left out: no filter",
+        "counterclockwise from the picture's horizontal as the eye sees it; left out: no filter",
         json_schema_extra=shown_as(
             "deg",
             "The bow is polarised along its arc: a filter along the arc passes it, one across the "
@@ -117,6 +152,13 @@ class Camera(Table):
             (-90.0, 90.0),
         ),
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _through_a_lens(cls, data: Any) -> Any:
+        """Fill in the field of view of a lens."""
+        size: tuple[int, int] = cls.model_fields["size_px"].default
+        return with_field_of_view(data, size) if isinstance(data, dict) else data
 
     @model_validator(mode="before")
     @classmethod
@@ -236,7 +278,7 @@ class Scattering(Table):
         temperature_c = info.data.get("water_temperature_c", low)
         if salinity and not low <= temperature_c <= high:
             raise refused(
-                f"goes with a water_temperature_c of {low:g}..{high:g}, over which the index of "
+                f"goes with a water_temperature_c of {low:g}..{high:g} °C, over which the index of "
                 f"sea water is known; it is {temperature_c:g}"
             )
         return salinity

@@ -223,7 +223,7 @@ def _ulbrich_problems(n0: float, mu: float, lambda_per_mm: float) -> list[InitEr
         low, high = (500.0 * (mu + 3.0) / end for end in (MAX_RADIUS_UM, MIN_RADIUS_UM))
         message = refused(
             f"makes an effective radius of {effective_um:.3g} µm, which must be "
-            f"{MIN_RADIUS_UM:g}..{MAX_RADIUS_UM:g}: with mu = {mu:g}, {low:.3g}..{high:.3g}"
+            f"{MIN_RADIUS_UM:g}..{MAX_RADIUS_UM:g} µm: with mu = {mu:g}, {low:.3g}..{high:.3g}"
         )
         return [InitErrorDetails(type=message, loc=("lambda_per_mm",), input=lambda_per_mm)]
     # Where the drops' number is infinite, that of drops of the least radius with all their area.

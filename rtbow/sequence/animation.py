@@ -13,6 +13,7 @@ from rtbow.base.errors import InputError
 from rtbow.scene.lights import SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import load_scene, typed_override, with_overrides_noted
+from rtbow.scene.text.numbers import remedy
 from rtbow.scene.text.schema import node_at
 from rtbow.scene.text.values import changed_scene
 from rtbow.world.visibility import Hidden, hidden
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 SUN_KEYS = ("light.0.altitude_deg", "light.0.azimuth_deg")
 """A path of the sun moves these keys."""
 _PLACES = re.compile(
-    r"(camera|light\.[0-9]+)\.(position_m(\.[0-2])?|azimuth_deg|altitude_deg)|camera\.fov_deg"
+    r"(camera|light\.[0-9]+)\.(position_m(\.[0-2])?|azimuth_deg|altitude_deg)|camera\.(fov_deg|focal_length_mm|roll_deg|lens_shift(\.[01])?)"
 )
 """These keys say where camera and lights are: method ``fast`` keeps its tables as they change."""
 
@@ -86,9 +87,8 @@ def _end(key: str, text: str, whole: bool) -> float | int:
         value = int(text) if whole else float(text)
     except ValueError:
         kind = "a whole number" if whole else "a number"
-        raise InputError(
-            f"--key {key}: {text} is not {kind}; write from:to, such as 2:40"
-        ) from None
+        what = remedy(text) or "write from:to, such as 2:40"
+        raise InputError(f"--key {key}: {text} is not {kind}; {what}") from None
     if not math.isfinite(value):
         raise InputError(f"--key {key}: {text}; both ends must be finite numbers")
     return value

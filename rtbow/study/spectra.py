@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from rtbow.base.arrays import Array
+from rtbow.base.arrays import Array, floats
+from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.frames.plot import COLOURS, GRID_GREY, caption, new_figure, save, style
 from rtbow.physics.constants import VISIBLE_NM
+from rtbow.physics.light.cie import colour_rendering, illuminant_names
+from rtbow.physics.light.colour import colour_matching
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, luminous, wavelength_bins
 from rtbow.world.measured.read import Measured
-from rtbow.world.spectra import load_measured, load_spectrum, spectrum_names
+from rtbow.world.spectra import (
+    load_measured,
+    load_spectrum,
+    spectrum_description,
+    spectrum_names,
+)
 
 _FARTHEST_DUV = 0.05
 """A light farther from the black bodies' colours has no correlated temperature (CIE 15:2018)."""
@@ -76,6 +87,48 @@ def describe(name_or_path: str) -> Description:
         )
     unit = _STRENGTHS[quantity][0] + " per nm" if quantity in _STRENGTHS else ""
     return Description(tuple(lines), notes, spectrum, unit)
+
+
+def spectrum_list() -> list[str]:
+    """List the spectra known by name, a line each: what it is, colour temperature and rendering."""
+    names = sorted(spectrum_names(), key=_series_and_numbers)
+    width = max(map(len, names))
+    return [
+        f"{name:<{width}}  {spectrum_description(name)}, {kelvin:.0f} K, Ra {ra:.0f}"
+        for name, kelvin, ra in zip(names, *_qualities(names), strict=True)
+    ]
+
+
+def _qualities(names: list[str]) -> tuple[Array, Array]:
+    """Give correlated colour temperatures, K, and colour rendering indices Ra.
+
+    Both as the CIE has them, by sums at steps of 5 nm; kept in the cache.
+    """
+    nm = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, 5.0)
+    spectra = [load_spectrum(name) for name in names]
+    powers = np.stack([np.interp(nm, one.wavelength_nm, one.value) for one in spectra])
+
+    def build() -> dict[str, Array]:
+        observer_nm, observer = colour_matching()
+        sums = powers @ observer[np.searchsorted(observer_nm, nm)]
+        shares = sums / sums.sum(axis=1, keepdims=True)
+        found = [colour_temperature((x, y)) for x, y, _ in shares.tolist()]
+        kelvin = [np.nan if one is None else one[0] for one in found]
+        return {"kelvin": floats(kelvin), "ra": colour_rendering(nm, powers)}
+
+    code = source_digest("study.spectra", "physics.light")
+    digest = hashlib.sha256(powers.tobytes()).hexdigest()
+    kept = cached_arrays("colour-quality", f"{version('colour-science')} {code} {digest}", build)
+    return kept["kelvin"], kept["ra"]
+
+
+def _series_and_numbers(name: str) -> tuple[bool, str, list[int]]:
+    """Sort rtbow's own names first, and FL2 before FL10."""
+    return (
+        name in illuminant_names(),
+        re.split(r"\d", name)[0],
+        [*map(int, re.findall(r"\d+", name))],
+    )
 
 
 def _range(ends: tuple[float, float], count: int, steps: tuple[float, float]) -> str:

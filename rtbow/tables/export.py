@@ -38,13 +38,13 @@ def default_wavelengths_nm() -> tuple[float, ...]:
     return tuple(np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, 5.0))
 
 
-def _check(name: str, values: Sequence[float], low: float, high: float) -> Array:
+def _check(name: str, values: Sequence[float], low: float, high: float, unit: str) -> Array:
     array = np.array(values, dtype=np.float64)
     wrong = [v for v in values if not low <= v <= high]  # NaN too
     if wrong:
-        raise InputError(f"{name}: {wrong[0]:g} is not allowed; must be {low:g}..{high:g}")
+        raise InputError(f"{name}: {wrong[0]:g} is not allowed; must be {low:g}..{high:g} {unit}")
     if array.size == 0:
-        raise InputError(f"{name}: is empty; give at least one number, {low:g}..{high:g}")
+        raise InputError(f"{name}: is empty; give at least one number, {low:g}..{high:g} {unit}")
     for before, after in itertools.pairwise(values):
         if after <= before:
             raise InputError(
@@ -86,12 +86,13 @@ class PlainTable:
         Raises:
             InputError: a value outside of its range.
         """
-        radii = _check("--radius-um", self.radius_um, MIN_RADIUS_UM, MAX_RADIUS_UM)
+        radii = _check("--radius-um", self.radius_um, MIN_RADIUS_UM, MAX_RADIUS_UM, "µm")
         # IAPWS R9-97 holds beyond the visible, too; tables of exact theory do not.
         low, high = VISIBLE_NM if self.theory == "mie" else (200.0, 1100.0)
-        nm = _check("--wavelength-nm", self.wavelength_nm, low, high)
-        _check("--spread", [100.0 * self.spread], 100.0 * SIZE_SPREADS[0], 100.0 * SIZE_SPREADS[1])
-        disc_deg = float(_check("--disc", [self.disc_deg], 0.0, MAX_DISC_DEG)[0])
+        nm = _check("--wavelength-nm", self.wavelength_nm, low, high, "nm")
+        least, most = (100.0 * end for end in SIZE_SPREADS)
+        _check("--spread", [100.0 * self.spread], least, most, "percent")
+        disc_deg = float(_check("--disc", [self.disc_deg], 0.0, MAX_DISC_DEG, "degrees")[0])
         shape = (len(radii), len(nm), len(self.theta(radii, nm)))
         if math.prod(shape) > MAX_VALUES:
             counts = " x ".join(map(str, shape))

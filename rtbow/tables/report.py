@@ -72,7 +72,7 @@ def describe_mie_build(
     low = TABLE_RADII_UM[0]
     if not 10.0 <= max_radius_um <= MAX_RADIUS_UM:
         raise InputError(
-            f"--max-radius-um: {max_radius_um:g} is not allowed; must be 10..{MAX_RADIUS_UM:g}"
+            f"--max-radius-um: {max_radius_um:g} is not allowed; must be 10..{MAX_RADIUS_UM:g} µm"
         )
     begun = time.perf_counter()
     axes = standard_axes(round(spread_percent / 100.0, 9))

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.limits import NO_PLANE
-from rtbow.physics.geometry import direction
+from rtbow.physics.geometry import angle_between, direction
 from rtbow.scene.model import Camera
 
 CONE_MARGIN = 2e-3
@@ -23,16 +23,18 @@ class View:
 
     Attributes:
         eye_m: where it is (3,): east, north, up.
-        basis: forward, right and up (3, 3), the latter two scaled by half the extent of the
-            picture plane at distance 1.
+        basis: the middle of the picture, right and up (3, 3) on the picture plane at distance 1;
+            the latter two are half its extent. Without a shift of the lens the first is the axis.
+        axis: unit vector along the lens's axis (3,), across the picture plane.
         size_px: width and height of the picture.
-        fov_deg: horizontal field of view, whole angle.
+        fov_deg: horizontal field of view, whole angle, of the lens without its shift.
         polarizer: direction (3,) of the field that a polarising filter lets pass; None without one.
         area: whether a pixel is the mean over its solid angle, not the light through its centre.
     """
 
     eye_m: Array
     basis: Array
+    axis: Array
     size_px: tuple[int, int]
     fov_deg: float
     polarizer: Array | None
@@ -46,8 +48,48 @@ class View:
     @cached_property
     def cone(self) -> tuple[Array, float]:
         """The cone that holds the picture, through its corners: axis (3,) and half angle, rad."""
-        axis, right, up = self.basis
-        return axis, float(np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up))))
+        middle, right, up = self.basis
+        if not self.shifted:
+            return middle, float(np.arctan(np.hypot(np.linalg.norm(right), np.linalg.norm(up))))
+        towards = middle / np.linalg.norm(middle)
+        return towards, float(np.arccos(np.clip(self._corners @ towards, -1.0, 1.0)).max())
+
+    @property
+    def shifted(self) -> bool:
+        """Whether the lens is shifted, so that its axis is not in the middle of the picture."""
+        return not np.array_equal(self.basis[0], self.axis)
+
+    @property
+    def _corners(self) -> Array:
+        """Unit vectors towards the corners (4, 3)."""
+        width, height = self.size_px
+        across, down = floats([0.0, width, 0.0, width]), floats([0.0, 0.0, height, height])
+        return self.rays_through(across, down)[0]
+
+    @cached_property
+    def off_axis(self) -> tuple[float, float]:
+        """Least and greatest angle of a ray of the picture from the lens's axis, rad."""
+        if not self.shifted:
+            return 0.0, self.cone[1]
+        middle, right, up = self.basis
+        offset = middle - self.axis
+        # Of the picture plane's point nearest to the axis, in half extents from the middle.
+        nearest = offset + sum(
+            np.clip(-(offset @ side) / (side @ side), -1.0, 1.0) * side for side in (right, up)
+        )
+        farthest = np.arccos(np.clip(self._corners @ self.axis, -1.0, 1.0)).max()
+        return float(np.arctan(np.linalg.norm(nearest))), float(farthest)
+
+    @property
+    def fields_deg(self) -> tuple[float, float]:
+        """Horizontal and vertical field of view: angles between the middles of opposite sides."""
+        width, height = self.size_px
+        across = floats([0.0, width, 0.5 * width, 0.5 * width])
+        left, right, top, bottom = self.rays_through(
+            across, floats([0.5 * height, 0.5 * height, 0.0, height])
+        )[0]
+        angles = np.degrees(angle_between(np.stack([left, top]), np.stack([right, bottom])))
+        return float(angles[0]), float(angles[1])
 
     def angles_from(self, direction: Array) -> tuple[float, float]:
         """Give the least and greatest angle from a direction (3,) to any ray of the picture, rad.
@@ -63,12 +105,16 @@ class View:
         """Whether this is another view in another size: it has no angle that tables for it lack."""
         same = (
             np.array_equal(self.eye_m, other.eye_m)
-            and np.array_equal(self.basis[:2], other.basis[:2])
+            and np.array_equal(self.axis, other.axis)
+            and np.array_equal(self.basis[1], other.basis[1])
             and _equal_or_none(self.polarizer, other.polarizer)
             and self.area == other.area
         )
+        beyond = self.cone[1] - other.cone[1]
+        if not np.array_equal(self.basis[0], other.basis[0]):  # the other's shift
+            beyond += float(angle_between(self.cone[0], other.cone[0]))
         # Half of the margin is left to float32.
-        return same and self.cone[1] - other.cone[1] <= 0.5 * CONE_MARGIN
+        return same and bool(beyond <= 0.5 * CONE_MARGIN)
 
     def pixel_directions(self, rows: slice = slice(None)) -> Array:
         """Give unit directions (h, w, 3) through the pixel centres, first row on top.
@@ -137,8 +183,11 @@ def _equal_or_none(a: Array | None, b: Array | None) -> bool:
 def view_of(camera: Camera) -> View:
     """Resolve a scene's camera."""
     basis = camera_basis(camera)
+    axis = basis[0].copy()
+    if any(camera.lens_shift):
+        basis[0] += 2.0 * (floats(camera.lens_shift) @ basis[1:])
     return View(
-        np.array(camera.position_m), basis, camera.size_px, camera.fov_deg,
+        np.array(camera.position_m), basis, axis, camera.size_px, camera.fov_deg,
         None if camera.polarizer_deg is None else _polarizer(basis, camera.polarizer_deg),
         camera.pixel == "area",
     )  # fmt: skip
@@ -148,12 +197,19 @@ def camera_basis(camera: Camera) -> Array:
     """Give the camera's axes, scaled to the picture plane at distance 1.
 
     Returns:
-        (3, 3): forward, right (scaled by half the picture's width), up (by half its height).
+        (3, 3): forward, along the lens's axis; right (scaled by half the picture's width), up (by
+        half its height).
     """
     azimuth = np.radians(camera.azimuth_deg)
     forward = direction(camera.azimuth_deg, camera.altitude_deg)
     right = np.array([np.cos(azimuth), -np.sin(azimuth), 0.0])
     up = np.cross(right, forward)
+    if camera.roll_deg:
+        roll = np.radians(camera.roll_deg)
+        right, up = (
+            np.cos(roll) * right - np.sin(roll) * up,
+            np.cos(roll) * up + np.sin(roll) * right,
+        )
     width, height = camera.size_px
     half = np.tan(0.5 * np.radians(camera.fov_deg))
     return np.stack([forward, right * half, up * (half * height / width)])
@@ -165,7 +221,7 @@ def pixel_directions(camera: Camera, rows: slice = slice(None)) -> Array:
 
 
 def _polarizer(basis: Array, polarizer_deg: float) -> Array:
-    """Direction (3,) that a filter passes, counterclockwise from horizontal as the eye sees it."""
+    """Direction (3,) that a filter passes, counterclockwise from the picture's own horizontal."""
     _, right, up = basis
     angle = np.radians(polarizer_deg)
     across, along = right / np.linalg.norm(right), up / np.linalg.norm(up)

@@ -14,7 +14,7 @@ import numpy as np
 from rtbow.base.errors import InputError
 from rtbow.base.resources import resource_dir
 from rtbow.physics.constants import MOON_DISTANCE_KM, VISIBLE_NM
-from rtbow.physics.light.cie import illuminant_names, standard_arrays
+from rtbow.physics.light.cie import illuminant_description, illuminant_names, standard_arrays
 from rtbow.physics.light.moon import moonlight
 from rtbow.physics.light.spectrum import Spectrum
 from rtbow.scene.lights import E490, EQUAL_ENERGY, MOON, Beyond, spectrum_file
@@ -31,6 +31,18 @@ _ROUNDING_NM = 0.05
 def spectrum_names() -> list[str]:
     """List every spectrum known by name."""
     return [E490, MOON, EQUAL_ENERGY, *illuminant_names()]
+
+
+_OWN = {
+    E490: "sunlight above the air (ASTM E-490), with its absolute strength",
+    MOON: "the full Moon: sunlight times the Moon's reflectance",
+    EQUAL_ENERGY: "the same power at every wavelength",
+}
+
+
+def spectrum_description(name: str) -> str:
+    """Say what a spectrum known by name is; nothing where that is not known."""
+    return _OWN.get(name) or illuminant_description(name)
 
 
 def load_spectrum(name_or_path: str, beyond: Beyond | None = None) -> Spectrum:
@@ -161,9 +173,39 @@ _OTHERS = {
         "black bodies and colour temperatures have no names; give a file, or a CIE illuminant: A"
         " is one of 2856 K, D65 daylight of 6504 K"
     ),
+    r"candle(?:light)?|flame|fire": (
+        "candles, black bodies of about 1900 K, have no name; did you mean A (tungsten filament,"
+        " 2856 K)?"
+    ),
+    r"neon|xenon|argon|krypton": "lamps of rare gases have no names; give a file",
     r"flat|white|constant|uniform|equal.*": f"a constant spectrum is called {EQUAL_ENERGY}",
     r"laser|mono.*|[\d.]+ ?nm": "single lines have no names; give a file",
 }
+
+
+_WORDS = {
+    r"(?:high.?pressure.?)?(?:sodium|na|hps|son|street.?(?:lamp|light))": ("HP1", "HP2"),
+    r"mercury|hg|hid|discharge": ("HP3", "FL2"),
+    r"(?:high.?pressure.?)?metal.?halide|halide|mh|hmi": ("HP3", "HP4", "HP5"),
+    r"(?:white.?|cold.?|cool.?)?leds?|led.?(?:cold|cool|white)": ("LED-B3", "LED-B5", "LED-V2"),
+    r"warm.?(?:white.?)?leds?|led.?warm(?:.?white)?": ("LED-B1", "LED-V1", "LED-BH1"),
+    r"rgb.?leds?|led.?rgb": ("LED-RGB1",),
+    r"(?:compact.?)?fluorescent.*|fl|cfl|tube|tl": ("FL2", "FL11", "FL12"),
+    r"tungsten.*|incandescent.*|filament|halogen|(?:light.?)?bulb|lamp": ("A",),
+    r"(?:day|sky).?light|day|sky|overcast|noon": ("D65", "D50"),
+    r"moon.?light|lunar|full.?moon": (MOON,),
+}
+"""Common words for lights, as patterns, and the names of such lights."""
+
+
+def _words_meaning(name: str) -> str:
+    """Give the names that a common word means, each with what it is; nothing for other words."""
+    word = re.sub(r"(?i)[ _-]*(?:lamps?|lights?|bulbs?|vapou?r)$", "", name.strip())
+    for typed in (name.strip(), word):
+        for pattern, names in _WORDS.items():
+            if re.fullmatch(pattern, typed, re.I):
+                return " or ".join(f"{n} ({spectrum_description(n)})" for n in names)
+    return ""
 
 
 def _unknown(name: str) -> str:
@@ -175,11 +217,13 @@ def _unknown(name: str) -> str:
     head = f"spectrum {name[:60]!r} is not known"
     allowed = (
         f"Allowed: {E490}, {EQUAL_ENERGY}, {MOON}, a CIE illuminant's name such as FL2, HP1 or"
-        " LED-B3, or a path to a file, such as lamp.csv"
+        " LED-B3 (rtbow spectra lists them), or a path to a file, such as lamp.csv"
     )
     for pattern, what in _OTHERS.items():
         if re.fullmatch(pattern, name.strip(), re.I):
-            return f"{head}; {what}. {allowed}"
+            return f"{head}; {what}{'' if what.endswith('?') else '.'} {allowed}"
+    if meant := _words_meaning(name):
+        return f"{head}; did you mean {meant}? {allowed}"
     plain = re.sub(r"(?i)^(?:cie|illuminant|std|standard)[ _-]*", "", name.strip())
     if numbered := re.fullmatch(r"[Ff](\d.*)", plain):
         plain = f"FL{numbered[1]}"

@@ -15,6 +15,7 @@ from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.physics.air.earth_shadow import edge_height_m, shadow_reaches
 from rtbow.physics.drop.airy import bow_width
 from rtbow.physics.drop.medium import Medium
+from rtbow.scene.lens import LENS_KEYS
 from rtbow.scene.lights import TIME_AND_PLACE, SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
@@ -282,7 +283,10 @@ def with_step(world: World, step_nm: float) -> World:
 def _without_places(scene: Scene) -> dict[str, Any]:
     """Give all of a scene but where its camera and lights are, and what of the picture it fills."""
     values = scene.model_dump(exclude={"compare"})
-    for name in ("position_m", "azimuth_deg", "altitude_deg", "look", "fov_deg", "size_px"):
+    for name in (
+        "position_m", "azimuth_deg", "altitude_deg", "look", "roll_deg", "fov_deg", *LENS_KEYS,
+        "lens_shift", "size_px",
+    ):  # fmt: skip
         values["camera"].pop(name)
     values["droplets"].pop("around_m")  # its box says where the drops are
     for light in values["light"]:

@@ -12,7 +12,7 @@
 vec2 cosineRise(Camera camera, Direction towardsLight, Direction ray, Number cosine) {
     vec2 along = vec2(dot(ray, camera.basis[1]), dot(ray, camera.basis[2]));
     vec2 towards = vec2(dot(towardsLight, camera.basis[1]), dot(towardsLight, camera.basis[2]));
-    return 2.0 / camera.size * dot(ray, camera.basis[0]) * (towards - cosine * along);
+    return 2.0 / camera.size * dot(ray, camera.axis) * (towards - cosine * along);
 }
 
 // A pixel's extents across the scattering angle: its cosine changes by its sine. Both vanish at the
@@ -38,7 +38,7 @@ vec3 rayExtent(Camera camera, Direction ray) {
     vec3 up = camera.basis[2] - dot(camera.basis[2], ray) * ray;
     vec3 squared = right * right / (camera.size.x * camera.size.x)
         + up * up / (camera.size.y * camera.size.y);
-    return 2.0 * dot(ray, camera.basis[0]) * sqrt(squared);
+    return 2.0 * dot(ray, camera.axis) * sqrt(squared);
 }
 
 const Length FARTHEST = 3.0e38;

@@ -1,5 +1,7 @@
 """``rtbow info`` of a spectrum, and what scenes take from spectrum files."""
 
+import re
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -8,6 +10,7 @@ from command_line import SMALL, Result, Summary, contents
 from lamp_samples import FILE_VALUES, rows
 from rtbow.frames.image import read_exr
 from rtbow.study.spectra import colour_temperature
+from rtbow.world.spectra import spectrum_names
 
 
 def lines_of(result):
@@ -107,3 +110,21 @@ def test_beyond_the_range_of_a_file(call, tmp_path):
     result = call("render", "uniform", "-o", "x.exr", *SMALL, "--set", "light.0.beyond=more")
     assert result.code == 2
     assert 'must be one of "zero", "hold"' in result.err
+
+
+def test_the_list_of_spectra(call):
+    result = call("spectra")
+    assert (result.code, result.err) == (0, "")
+    lines = dict(line.split(maxsplit=1) for line in result.out.splitlines())
+    assert lines.keys() == {*spectrum_names()}
+    assert lines["HP1"] == "standard high-pressure sodium lamp, 1959 K, Ra 8"
+    # CIE 15:2018, tables of fluorescent lamps and LEDs, whose temperatures are rounded.
+    for name, kelvin, index in [
+        ("A", 2856, 100), ("FL1", 6430, 76), ("FL2", 4230, 64), ("FL4", 2940, 51),
+        ("FL7", 6500, 90), ("FL8", 5000, 95), ("FL11", 4000, 83), ("FL12", 3000, 83),
+        ("LED-B1", 2733, 82), ("LED-B3", 4103, 85), ("LED-RGB1", 2840, 57),
+    ]:  # fmt: skip
+        *_, temperature, ra = lines[name].split(", ")
+        assert float(temperature.removesuffix(" K")) == pytest.approx(kelvin, abs=8)
+        assert ra == f"Ra {index}"
+    assert all(re.match(r"[A-Za-z].*, \d+ K, Ra \d+$", text) for text in lines.values())

@@ -143,7 +143,7 @@ WRONG_SCENES = [
     ("camera {", "not valid TOML: Expected '='", "(at line 1, column 8)"),
     (UNIFORM.replace("radius_um", "radius_mm"), "did you mean droplets.radius.radius_um?"),
     (UNIFORM.replace("azimuth_deg = 0.0", 'azimuth_deg = "north"'), '"north"; must be a number'),
-    (UNIFORM.replace("300.0", "-3"), "droplets.radius.radius_um = -3; must be 1..5000"),
+    (UNIFORM.replace("300.0", "-3"), "droplets.radius.radius_um = -3; must be 1..5000 µm"),
     (UNIFORM.replace("300.0", "nan"), "droplets.radius.radius_um = nan; must be a finite number"),
     (f"{UNIFORM}{LAMP}\nposition_m = [0, 0, 4]", "light.1.luminous_flux_lm is missing; give a"),
     (f"{UNIFORM}{LAMP}\nluminous_flux_lm = 5", "light.1.position_m is missing; give a list of 3"),

@@ -9,7 +9,9 @@ import pytest
 from PIL import Image
 
 import rtbow
+from rtbow.base.errors import InputError
 from rtbow.frames.display import auto_exposure_ev, display
+from rtbow.frames.image import write_frame
 
 
 @pytest.fixture
@@ -50,3 +52,16 @@ def test_a_frame_that_is_not_finite(frame):
     frame[1, 2, 0] = np.nan
     with pytest.raises(rtbow.RtbowError, match="row 1, column 2"):
         rtbow.show(frame)
+
+
+def test_tone_map_gives_what_a_png_shows(tmp_path):
+    frame = np.random.default_rng(1).normal(2000.0, 1500.0, (5, 7, 3)).astype(np.float32)
+    for ev in (None, 11.5):
+        path = tmp_path / f"{ev}.png"
+        write_frame(path, frame, {}, exposure_ev=ev)
+        with Image.open(path) as picture:
+            assert np.array_equal(np.asarray(picture), rtbow.tone_map(frame, ev=ev))
+    with pytest.raises(InputError, match=r"tone_map takes a frame"):
+        rtbow.tone_map([1, 2, 3])
+    with pytest.raises(InputError, match=r"ev = 'bright'; must be a number, -200\.\.200 EV"):
+        rtbow.tone_map(frame, ev="bright")

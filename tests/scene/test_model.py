@@ -217,23 +217,24 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         "h": "mm/h",
         "lm": "lm",
         "c": "°C",
-        "mm": "1/mm",
+        "mm": "mm",
         "kg": "g/kg",
     }
-    assert unit == suffixes.get(key.rpartition("_")[2], "")
+    per_length = {"lambda_per_mm": "1/mm"}
+    assert unit == per_length.get(key, suffixes.get(key.rpartition("_")[2], ""))
 
 
 @pytest.mark.parametrize(
     ("table", "key", "expected"),
     [
-        ("camera", "fov_deg", "a number, greater than 0 and less than 180"),
-        ("camera", "size_px", "a list of 2 whole numbers, each 1..16384"),
+        ("camera", "fov_deg", "a number, greater than 0 and less than 180 deg"),
+        ("camera", "size_px", "a list of 2 whole numbers, each 1..16384 px"),
         ("camera", "azimuth_deg", "a number"),
-        ("light.0", "irradiance_w_m2", "a number, greater than 0 and up to 1e12"),
+        ("light.0", "irradiance_w_m2", "a number, greater than 0 and up to 1e12 W/m²"),
         ("light.0", "spectrum", "text in quotes"),
         ("droplets", "seed", "a whole number, 0 or more"),
-        ("droplets", "box_m", "a list of 2 lists of 3 numbers, each -1e7..1e7"),
-        ("droplets.radius", "std_um", "a number, 0.1..5000"),
+        ("droplets", "box_m", "a list of 2 lists of 3 numbers, each -1e7..1e7 m"),
+        ("droplets.radius", "std_um", "a number, 0.1..5000 µm"),
         (
             "droplets.radius",
             "distribution",

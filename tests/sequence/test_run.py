@@ -168,8 +168,13 @@ NOTHING_DRAWN = [
     ((), "nothing moves; add --key"),
     ((*RISE, "--set", "camera.fov_deg=0"), "--set camera.fov_deg = 0; must be greater"),
     ((*RISE, "--method", "spectral", "--max-delta-e", "1"), "methods auto and fast alone"),
-    ((*RISE, "--frames", "0"), "0 is not in the range", "1<=x<=100000"),
-    ((*RISE, "--fps", "30"), "--fps 30 goes with a film; add one"),
+    ((*RISE, "--frames", "0"), "'0' is no number of frames", "1..100000, such as 120"),
+    ((*RISE, "--frames", "4m"), "'4m' is no number of frames", "or seconds, such as 4s"),
+    ((*RISE, "--frames", "-1s"), "'-1s' is no number of frames"),
+    ((*RISE, "--frames", "4s"), "--frames 4s: of how many a second?", "such as --fps 25"),
+    ((*RISE, "--frames", "2e3s", "--fps", "60"), "1..100000 frames, which take 0.0167..1.67e+03 s"),
+    ((*RISE, "--frames", "1s", "--fps", "1,5"), "'1,5' is not a number; write 1.5 with a point"),
+    ((*RISE, "--fps", "30"), "--fps 30 goes with a film, or with --frames in seconds; add"),
     ((*RISE, "--fps", "nan", "-o", "a.mp4"), "--fps nan: must be 1..240"),
     ((*RISE, "--fps", "0", "-o", "a.mp4"), "--fps 0: must be 1..240"),
     ((*RISE, "-o", "a_%d.jpg"), "a_%d.jpg: suffix .jpg is not", "write for example a_%d.exr"),
@@ -209,6 +214,22 @@ NOTHING_DRAWN = [
     ((*RISE, "--sun-path", "48,11,2024-01-01"), "--sun-path moves light.0.altitude_deg"),
     (("--set", "light.0.azimuth_deg=3", "--sun-path", "48,11,2024-01-01"), "--sun-path moves"),
 ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("frames", "rate", "count"),
+    [("0.1s", ("--fps", "25"), 2), ("0.1s", ("-o", "f.mp4"), 3), ("0.05s", ("--fps", "40"), 2)],
+)
+def test_frames_in_seconds(call, monkeypatch, frames, rate, count):
+    planned = []
+
+    def plan(name, overrides, number, *rest):
+        planned.append(number)
+        raise InputError("enough")
+
+    monkeypatch.setattr("rtbow.sequence.animation.plan_animation", plan)
+    assert call("animate", *RISE, "--frames", frames, *rate, "-o", "%d.exr").code == 2
+    assert planned == [count]
 
 
 @pytest.mark.parametrize(("args", "words"), [(args, words) for args, *words in NOTHING_DRAWN])

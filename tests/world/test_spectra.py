@@ -255,3 +255,28 @@ def test_bad_files(tmp_path, text, line, said):
     message = str(caught.value)
     assert message.startswith(f"{path}:{line}: " if line else f"{path}: ")
     assert said in message
+
+
+@pytest.mark.parametrize(
+    ("word", "names"),
+    [
+        ("sodium", ["HP1", "HP2"]),
+        ("Sodium lamp", ["HP1", "HP2"]),
+        ("street-lamp", ["HP1", "HP2"]),
+        ("LED", ["LED-B3", "LED-B5", "LED-V2"]),
+        ("warm white LED", ["LED-B1", "LED-V1", "LED-BH1"]),
+        ("mercury vapour", ["HP3", "FL2"]),
+        ("candle", ["A"]),
+        ("halogen", ["A"]),
+        ("metal halide", ["HP3", "HP4", "HP5"]),
+        ("daylight", ["D65", "D50"]),
+        ("moonlight", ["moon"]),
+    ],
+)
+def test_common_words_lead_to_names(word, names):
+    with pytest.raises(InputError) as caught:
+        load_spectrum(word)
+    _, asked = str(caught.value).split("did you mean ")
+    meant = asked.split("?")[0]
+    assert [part.split(" (")[0] for part in meant.split(" or ")] == names
+    assert {*names} <= {*spectrum_names()}

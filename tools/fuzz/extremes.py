@@ -42,6 +42,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     values = _table(rng, ROOT, "")
     if cost != "any":
         values.get("scattering", {}).pop("theory", None)
+    _fit_lens(values.get("camera", {}))
     _fit_droplets(rng, values["droplets"])
     _fit_medium(rng, values.get("scattering", {}))
     for light in values["light"]:
@@ -50,6 +51,11 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     if cost == "quick":
         _make_quick(rng, values)
     return values
+
+
+def _fit_lens(camera: dict[str, Any]) -> None:
+    """Leave out what does not go with a lens, or a sensor without one."""
+    camera.pop("fov_deg" if "focal_length_mm" in camera else "sensor_mm", None)
 
 
 def scene_text(rng: Rng, cost: Cost = "airy") -> str:

@@ -314,4 +314,4 @@ def _check_year(year: int) -> None:
 
 def _check_range(name: str, value: float, low: float, high: float) -> None:
     if not low <= value <= high:  # NaN too
-        raise InputError(f"{name} = {value:g}; must be {low:g}..{high:g}")
+        raise InputError(f"{name} = {value:g}; must be {low:g}..{high:g} degrees")

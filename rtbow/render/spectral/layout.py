@@ -93,7 +93,8 @@ def pixel_disc(world: World, disc_rad: float) -> float:
     points, view = pixel_points(world), world.view
     if not points:
         return disc_rad
-    squared = 0.5 * view.plane_pixel**2 * (1.0 + math.cos(view.cone[1]) ** 4)
+    least, most = view.off_axis
+    squared = 0.5 * view.plane_pixel**2 * (math.cos(least) ** 4 + math.cos(most) ** 4)
     return math.sqrt(disc_rad**2 + squared / (3.0 * points**2))
 
 

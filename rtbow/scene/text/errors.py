@@ -1,6 +1,6 @@
 """Messages about wrong scenes, made from the errors of pydantic."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import get_args
 
 from pydantic import ValidationError
@@ -8,8 +8,11 @@ from pydantic_core import ErrorDetails
 
 from rtbow.base.errors import cut
 from rtbow.scene.text.lines import Key, Lines
+from rtbow.scene.text.numbers import remedy
 from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, dotted, one_of, suggestion, toml_text
 
+Problem = tuple[tuple[int | str, ...], str]
+"""Where something is wrong, and of which kind."""
 _MOST_PROBLEMS = 10
 """More are counted: who mends these sees the next."""
 _OUT_OF_RANGE = (
@@ -21,7 +24,11 @@ _OUT_OF_RANGE = (
 
 
 def explain(
-    error: ValidationError, name: str, overrides: Collection[str], lines: Lines | None = None
+    error: ValidationError,
+    name: str,
+    overrides: Collection[str],
+    lines: Lines | None = None,
+    blame: Callable[[Problem], str] | None = None,
 ) -> str:
     """Return one line per problem: where, what, what is allowed, what to do.
 
@@ -30,6 +37,8 @@ def explain(
         name: the scene's file or name, which begins the lines about its text.
         overrides: dotted keys from ``--set``, which begins the lines about them.
         lines: of the scene's text, if there is one.
+        blame: gives how the message begins about a problem at a key without an override that an
+            override has caused; nothing if the text has it.
     """
     messages: dict[str, None] = {}  # a set that keeps its order
     meant: set[str] = set()  # keys that are there, but misspelt
@@ -49,7 +58,9 @@ def explain(
             path, node = _place(problem["loc"][:-1])
             kind = "too_short"
         text, by_override = _text(problem, kind, path, node, overrides)
-        if by_override:
+        if not by_override and blame and (cause := blame(problem_of(problem))):
+            messages[f"{cause}: {text}"] = None
+        elif by_override:
             set_key = text.startswith(shown_key(path))
             messages[f"--set {text}" if set_key else f"--set: {text}"] = None
         else:
@@ -59,6 +70,11 @@ def explain(
     if len(problems) > _MOST_PROBLEMS:
         messages[f"{name}: and {len(problems) - _MOST_PROBLEMS} more"] = None
     return "\n".join(messages)
+
+
+def problem_of(problem: ErrorDetails) -> Problem:
+    """Return where a problem is and of which kind."""
+    return _place(problem["loc"])[0], problem["type"]
 
 
 def line_text(lines: Lines | None, path: Key) -> str:
@@ -162,9 +178,9 @@ def _remedy(kind: str, path: tuple[str | int, ...], node: Node, problem: ErrorDe
     if kind == "refused":
         return problem["msg"]
     if kind == "finite_number":
-        return f"must be a finite number{', ' if node.range else ''}{node.range}"
+        return f"must be a finite number{', ' if node.range else ''}{node.allowed}"
     if kind in _OUT_OF_RANGE:
-        return f"must be {node.range}"
+        return f"must be {node.allowed}"
     if kind == "string_too_short":
         return "must not be empty"
     key = dotted(path)
@@ -174,7 +190,8 @@ def _remedy(kind: str, path: tuple[str | int, ...], node: Node, problem: ErrorDe
     if node.models:
         return f"must be a table: write [{key}]"
     example = f", such as {toml_text(node.default)}" if node.items and node.default else ""
-    return f"must be {node.expects()}{example}"
+    number = remedy(problem["input"]) if isinstance(problem["input"], str) else ""
+    return f"must be {node.expects()}{example}{'; ' if number else ''}{number}"
 
 
 def _tag_and_kinds(problem: ErrorDetails, node: Node) -> tuple[str, str]:

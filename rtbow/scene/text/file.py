@@ -9,12 +9,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from rtbow.base.errors import InputError, cut, shown_path
+from rtbow.base.errors import InputError, cut, notice, shown_path
 from rtbow.base.files import read_limited
 from rtbow.base.resources import resource_dir
 from rtbow.scene.model import Scene
 from rtbow.scene.text.bounds import MAX_TEXT_BYTES, check_text, check_values
 from rtbow.scene.text.lines import Lines
+from rtbow.scene.text.numbers import remedy_in_line
 from rtbow.scene.text.overrides import plain
 from rtbow.scene.text.schema import MOST_KEY, toml_text
 from rtbow.scene.text.sun import SunAt, placed_sun
@@ -35,8 +36,8 @@ def load_scene(
     """Read a scene file or a built-in scene, with some of its values replaced.
 
     Args:
-        name_or_path: a path that ends with ``.toml``, or the name of a built-in scene; the
-            default scene if None.
+        name_or_path: the name of a built-in scene, or a path, whose ``.toml`` may be left out;
+            the default scene if None.
         overrides: values by dotted key, such as ``{"light.0.altitude_deg": 5}``. Paths among them
             are relative to the current folder, those in the file to the file.
         sun: a place and a time that put the first sun where it is seen from there then, instead of
@@ -54,8 +55,7 @@ def load_scene(
             f" {type(name_or_path).__name__}; pass text or a Path, such as"
             f' load_scene("{DEFAULT_SCENE}")'
         )
-    name = DEFAULT_SCENE if name_or_path is None else str(name_or_path)
-    path = _find_scene(name)
+    name, path = _find_scene(DEFAULT_SCENE if name_or_path is None else str(name_or_path))
     return scene_from_text(_read_text(path, name), name, path.parent, overrides, sun)
 
 
@@ -72,8 +72,8 @@ def sun_overrides(
     Raises:
         InputError: no such scene, no valid TOML, no sun, or one that others of the overrides place.
     """
-    called = DEFAULT_SCENE if name is None else name
-    data = _parse_toml(_read_text(_find_scene(called), called), called)
+    called, path = _find_scene(DEFAULT_SCENE if name is None else name)
+    data = _parse_toml(_read_text(path, called), called)
     return placed_sun(data, overrides, sun, called)
 
 
@@ -251,13 +251,24 @@ def parse_set(text: str) -> tuple[str, object]:
     return key, parsed["value"]
 
 
-def _find_scene(name: str) -> Path:
-    """Return the file of a scene; one with a path may not exist."""
+def is_scene_name(name: str) -> bool:
+    """Whether a name is a scene's: a built-in one, or a file's, with or without its suffix."""
+    ends = name.lower().endswith(".toml")
+    return ends or name in builtin_scenes() or os.path.isfile(f"{name}.toml")
+
+
+def _find_scene(name: str) -> tuple[str, Path]:
+    """Return the name and the file of a scene; one with a path may not exist."""
     if name.lower().endswith(".toml"):
-        return Path(name)
+        return name, Path(name)
     scenes = builtin_scenes()
+    own = f"{name}.toml"
     if name in scenes:
-        return scenes[name]
+        if os.path.isfile(own):
+            notice(f"{name} is the built-in scene; to read the file, write {shown_path(own)}")
+        return name, scenes[name]
+    if os.path.isfile(own):
+        return own, Path(own)
     if os.path.isdir(name):
         raise InputError(
             f"{shown_path(name)} is a folder; name a .toml file in it, or a built-in scene"
@@ -268,9 +279,7 @@ def _find_scene(name: str) -> Path:
         message += f"did you mean {' or '.join(near)}?"
     else:
         message += f"the built-in scenes are {', '.join(scenes)}"
-    if os.path.isfile(f"{name}.toml"):
-        message += f". To read your own file, write {name}.toml"
-    elif os.path.isfile(name) and _is_toml(Path(name)):
+    if os.path.isfile(name) and _is_toml(Path(name)):
         message += f". The file {name} can be read once its name ends with .toml"
     raise InputError(message)
 
@@ -309,7 +318,7 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
     try:
         return _values(text)
     except InputError as error:
-        raise InputError(f"{name}: not valid TOML: {error}{_light_remedy(text)}") from None
+        raise InputError(f"{name}: not valid TOML: {error}{_remedy(text, str(error))}") from None
 
 
 def _values(text: str) -> dict[str, Any]:
@@ -332,8 +341,15 @@ def _values(text: str) -> dict[str, Any]:
     raise InputError(reason)
 
 
-def _light_remedy(text: str) -> str:
-    """Give the remedy for several lights in single brackets, which TOML always refuses."""
+def _remedy(text: str, reason: str) -> str:
+    """Give the remedy for what TOML refuses; nothing where it is not known.
+
+    That is several lights in single brackets, and numbers as people write them.
+    """
+    place = re.search(r"\(at line (\d+), column \d+\)$", reason)
+    line = text.splitlines()[int(place[1]) - 1 :][:1] if place else []
+    if line and (number := remedy_in_line(line[0])):
+        return f"; {number}"
     heads = re.findall(r"(?m)^\s*(\[\[?light\]\]?)", text)
     if len(heads) > 1 and "[light]" in heads:
         return "; write [[light]], in double brackets, for each light"

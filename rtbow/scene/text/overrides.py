@@ -8,6 +8,7 @@ from typing import Any
 from rtbow.base.errors import InputError, cut
 from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.droplets import BY_PARTS, Density
+from rtbow.scene.lens import LENS_KEYS
 from rtbow.scene.lights import AT, TIME_AND_PLACE, Light
 from rtbow.scene.radius import density_key, replaced_keys
 from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, suggestion
@@ -59,6 +60,7 @@ def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
     _drop_other_lights_keys(data.get("light"), changes)
     _drop_times(data.get("light"), changes)
     _drop_either(data.get("camera"), changes, "camera", ("look",), LOOKED_AT)
+    _drop_lens(data.get("camera"), changes)
     droplets = data.get("droplets")
     if not isinstance(droplets, dict):
         return
@@ -108,6 +110,23 @@ def _drop_other_lights_keys(lights: object, changes: Mapping[str, Any]) -> None:
             continue  # no kind chosen, or one that validation refuses
         for key in kinds.fields.keys() - kind.fields.keys():
             light.pop(key, None)
+
+
+def _drop_lens(camera: object, changes: Mapping[str, Any]) -> None:
+    """Remove the lens of a camera that gets a field of view, and the other way round."""
+    if not isinstance(camera, dict):
+        return
+    given = {key: changes[f"camera.{key}"] for key in ("fov_deg", *LENS_KEYS)
+             if f"camera.{key}" in changes}  # fmt: skip
+    if given.get("fov_deg") is not None:
+        gone: tuple[str, ...] = LENS_KEYS
+    elif given.get("focal_length_mm") is not None:
+        gone = ("fov_deg",)
+    else:
+        gone = ("sensor_mm",) if "focal_length_mm" in given else ()
+    for key in gone:
+        if key not in given:
+            camera.pop(key, None)
 
 
 def _drop_times(lights: object, changes: Mapping[str, Any]) -> None:

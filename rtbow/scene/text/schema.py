@@ -24,7 +24,8 @@ class Node:
     """One place in the schema: a table (``models``), a list (``items``) or a single value.
 
     ``models`` has several entries where the table is of one of several kinds; ``items`` are the
-    annotations of a list's items, of which an ``open`` list repeats the first.
+    annotations of a list's items, of which an ``open`` list repeats the first; ``unit`` is that of
+    every number in it.
     """
 
     annotation: Any
@@ -33,10 +34,15 @@ class Node:
     items: tuple[Any, ...] = ()
     open: bool = False
     default: Any = None
+    unit: str = ""
 
     @classmethod
     def of(
-        cls, annotation: object, metadata: tuple[Any, ...] = (), default: object = None
+        cls,
+        annotation: object,
+        metadata: tuple[Any, ...] = (),
+        default: object = None,
+        unit: str = "",
     ) -> "Node":
         """Return the node of a type annotation, seen through ``Annotated`` and ``| None``."""
         while True:
@@ -54,10 +60,10 @@ class Node:
             items = get_args(annotation)
             is_open = items[-1] is Ellipsis
             items = items[:1] if is_open else items
-            return cls(annotation, metadata, items=items, open=is_open, default=default)
+            return cls(annotation, metadata, (), items, is_open, default, unit)
         choices = choices if get_origin(annotation) in (Union, types.UnionType) else [annotation]
         models = tuple(c for c in choices if isinstance(c, type) and issubclass(c, BaseModel))
-        return cls(annotation, metadata, models=models, default=default)
+        return cls(annotation, metadata, models, default=default, unit=unit)
 
     @property
     def fields(self) -> dict[str, FieldInfo]:
@@ -72,7 +78,7 @@ class Node:
         """Return what lies under a key or list index; None if the schema has no such place."""
         if isinstance(part, int):
             if self.items and (self.open or part < len(self.items)):
-                return Node.of(self.items[0 if self.open else part])
+                return Node.of(self.items[0 if self.open else part], unit=self.unit)
             return None
         field = self.fields.get(part)
         if field is None:
@@ -86,7 +92,9 @@ class Node:
             ]
             return Node(Literal[tuple(dict.fromkeys(sum(tags, ())))], ())
         default = None if field.is_required() else field.default
-        return Node.of(field.annotation, tuple(field.metadata), default)
+        extra = field.json_schema_extra
+        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+        return Node.of(field.annotation, tuple(field.metadata), default, unit)
 
     def kind(self, tag: object) -> "Node":
         """Return the node of the one kind of table that has ``tag`` as its discriminator."""
@@ -116,6 +124,12 @@ class Node:
             text.format(limits[name]) for name, text in words.items() if name in limits
         )
 
+    @property
+    def allowed(self) -> str:
+        """The range with its unit, as messages say it, such as ``1..5000 µm``."""
+        unit = re.sub("^1/", "per ", self.unit)
+        return f"{self.range} {unit}".strip() if self.range else ""
+
     def expects(self) -> str:
         """Return in words what is allowed, to follow "must be"."""
         if self.models:
@@ -131,18 +145,18 @@ class Node:
             str: "text in quotes",
             dict[str, Any]: "a table of scene keys and values",
         }[self.annotation]
-        return f"{word}, {self.range}" if self.range else word
+        return f"{word}, {self.allowed}" if self.range else word
 
     def _list_in_words(self) -> str:
-        item = Node.of(self.items[0])
+        item = Node.of(self.items[0], unit=self.unit)
         if item.models:
             return "one or more tables"
         if item.items:
-            limits = Node.of(item.items[0]).range
+            limits = Node.of(item.items[0], unit=self.unit).allowed
             return f"a list of {len(self.items)} lists of {len(item.items)} numbers, each {limits}"
         word = {float: "numbers", int: "whole numbers"}[item.annotation]
         count = "one or more" if self.open else str(len(self.items))
-        limits = f", each {item.range}" if item.range else ""
+        limits = f", each {item.allowed}" if item.range else ""
         return f"a list of {count} {word}{limits}"
 
 

@@ -2,20 +2,21 @@
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from rtbow.base.errors import InputError
+from rtbow.base.errors import InputError, cut
 from rtbow.base.files import absolute
 from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.lights import FROM_TIME, spectrum_file
 from rtbow.scene.model import Scene
-from rtbow.scene.text.errors import explain, line_text
+from rtbow.scene.text.errors import Problem, explain, line_text, problem_of
 from rtbow.scene.text.lines import Lines
 from rtbow.scene.text.overrides import apply_overrides, flat, plain
-from rtbow.scene.text.schema import toml_text
+from rtbow.scene.text.schema import MOST_KEY, toml_text
 
 
 def scene_from_values(
@@ -32,9 +33,10 @@ def scene_from_values(
     Raises:
         InputError: keys or values that are not allowed.
     """
+    before = plain(data) if changes else None
     apply_overrides(data, changes)
     resolve_paths(data, Path())
-    scene = _validated(data, name, changes, lines)
+    scene = _validated(data, name, changes, lines, _Blame(before, changes) if before else None)
     if scene.compare is not None:
         scene = scene.with_right(_right_part(scene, data, name, changes, lines))
     return scene
@@ -74,6 +76,8 @@ def values_of(scene: Scene, folder: Path | None = None) -> dict[str, Any]:
             values["camera"].pop(key)
     if "around_m" in values["droplets"]:
         values["droplets"].pop("box_m")
+    if "focal_length_mm" in values["camera"]:
+        del values["camera"]["fov_deg"]
     if scene.compare is not None:
         values["compare"]["right"] = {
             key: toml_text(None) if value is None else value
@@ -201,12 +205,45 @@ def _paths_in(
 
 
 def _validated(
-    data: dict[str, Any], name: str, changes: Collection[str], lines: Lines | None = None
+    data: dict[str, Any],
+    name: str,
+    changes: Collection[str],
+    lines: Lines | None = None,
+    blame: Callable[[Problem], str] | None = None,
 ) -> Scene:
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
-        raise InputError(explain(error, name, changes, lines)) from None
+        raise InputError(explain(error, name, changes, lines, blame)) from None
+
+
+class _Blame:
+    """Tells problems of a scene's text from those that overrides of other keys cause.
+
+    Args:
+        data: values of the text alone.
+        changes: the overrides.
+    """
+
+    def __init__(self, data: dict[str, Any], changes: Mapping[str, Any]) -> None:
+        self._data, self._changes = data, changes
+        self._without = cache(self._problems_without)
+
+    def __call__(self, problem: Problem) -> str:
+        """Return how the message begins, such as ``--set light.0.type``."""
+        if problem in self._without(*self._changes):
+            return ""
+        causes = [key for key in self._changes if problem not in self._without(key)]
+        return f"--set {cut(causes[0], MOST_KEY)}" if len(causes) == 1 else "--set"
+
+    def _problems_without(self, *keys: str) -> set[Problem]:
+        data = plain(self._data)
+        apply_overrides(data, {k: v for k, v in self._changes.items() if k not in keys})
+        try:
+            Scene.model_validate(data)
+        except ValidationError as error:
+            return {problem_of(one) for one in error.errors(include_url=False)}
+        return set()
 
 
 def _right_part(

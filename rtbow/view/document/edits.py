@@ -12,7 +12,7 @@ from pathlib import Path
 from rtbow.base.errors import InputError
 from rtbow.base.files import write_atomic
 from rtbow.scene.model import Scene
-from rtbow.scene.text.file import load_scene, typed_override
+from rtbow.scene.text.file import builtin_scenes, load_scene, typed_override
 from rtbow.scene.text.values import changed_scene, differences, scene_text
 from rtbow.view.document.rewrite import rewritten
 
@@ -37,8 +37,10 @@ class Opened:
     @property
     def file(self) -> Path | None:
         """The scene's own file, if it is not a built-in one."""
-        named = self.name is not None and self.name.lower().endswith(".toml")
-        return Path(self.name) if named and self.name else None
+        if self.name is None or self.name in builtin_scenes():
+            return None
+        named = self.name.lower().endswith(".toml")
+        return Path(self.name if named else f"{self.name}.toml")
 
 
 class Edits:

@@ -129,7 +129,7 @@ class Row:
             return ""
         if self.kind == "number":
             return self.node.range
-        return self.node.expects()
+        return replace(self.node, unit="").expects()  # which is said beside it
 
     @property
     def start(self) -> float:
@@ -283,7 +283,10 @@ def _kind_of_list(node: Node) -> Kind:
     return "corners" if inside and all(p.annotation in (float, int) for p in inside) else "other"
 
 
-_PAIRS = {"px": ("width", "height"), "m": ("reach", "height")}
+_PAIRS = {
+    "px": ("width", "height"), "mm": ("width", "height"), "m": ("reach", "height"),
+    "": ("right", "up"),
+}  # fmt: skip
 """Names of two numbers by their unit."""
 
 

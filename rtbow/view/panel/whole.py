@@ -273,7 +273,7 @@ class Panel:
 
         def set_ev(value: object, gesture: object) -> str:
             if not isinstance(value, int | float) or not abs(value) <= EV_LIMIT:
-                return f"{value}; must be a number, -{EV_LIMIT:g}..{EV_LIMIT:g}"
+                return f"{value}; must be a number, -{EV_LIMIT:g}..{EV_LIMIT:g} EV"
             state.exposure_ev = float(value)
             return ""
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.geometry import direction
+from rtbow.scene import lens
 from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.lights import SunLight
 from rtbow.scene.model import Camera, Scene
@@ -95,7 +96,7 @@ def zoom(
     # A scene's own field of view may be beyond the wheel's: it is never made more so.
     low, high = min(FOV_DEG[0], camera.fov_deg), max(FOV_DEG[1], camera.fov_deg)
     fov_deg = float(np.clip(np.degrees(2.0 * np.arctan(half)), low, high))
-    zoomed = camera.model_copy(update={"fov_deg": fov_deg})
+    zoomed = camera.model_copy(update=lens.zoomed(camera, fov_deg))
     if view_px is None or at_px is None:
         return zoomed
     under = View(camera, view_px).directions(floats(at_px))
@@ -104,6 +105,10 @@ def zoom(
 
 def towards(camera: Camera, vector: Array) -> Camera:
     """Turn the camera so that a direction (3,), of any length, is in the middle of the picture."""
+    if any(camera.lens_shift):  # the lens's axis is elsewhere
+        width, height = camera.size_px
+        unit = floats(vector / np.linalg.norm(vector))
+        return hold(camera, unit, (0.5 * width, 0.5 * height), camera.size_px)
     azimuth_deg, altitude_deg = azimuth_altitude_deg(vector)
     if abs(altitude_deg) > 90.0 - 1e-9:  # straight up and down there is no azimuth
         azimuth_deg = camera.azimuth_deg

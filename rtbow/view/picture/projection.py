@@ -61,8 +61,13 @@ class View:
         forward, right, up = camera_basis(self.camera)
         width, height = self.size_px
         across, upwards = right / (right @ right), up / (up @ up)
+        shift_right, shift_up = self.camera.lens_shift
         return np.stack(
-            [0.5 * width * (forward + across), 0.5 * height * (forward - upwards), forward]
+            [
+                0.5 * width * ((1.0 - 2.0 * shift_right) * forward + across),
+                0.5 * height * ((1.0 + 2.0 * shift_up) * forward - upwards),
+                forward,
+            ]
         )
 
     @cached_property

@@ -85,6 +85,29 @@ def read_volume_file(path: Path) -> tuple[Array, Field, Field]:
         raise type(error)(f"{shown_path(path)}: {error}") from None
 
 
+def checked_volume(
+    name: str, radius: Array, number: Array, box: Array
+) -> tuple[Array, Field, Field]:
+    """Check arrays in memory as those of a file; the results are copies.
+
+    Args:
+        name: what notices call them.
+        radius: radii (µm), of one shape with the numbers.
+        number: drops (1/m³).
+        box: lower and upper corner (m).
+
+    Returns:
+        As :func:`read_volume_file`.
+
+    Raises:
+        InputError: as there.
+    """
+    arrays = dict(zip(_NAMES, (radius, number, box), strict=True))
+    _check_shapes({key: Header(a.dtype, a.shape, False, 0) for key, a in arrays.items()})
+    fields = (np.array(part, dtype=np.float32, order="C") for part in (radius, number))
+    return _checked_box(box.copy()), *_checked_fields(Path(name), *fields)
+
+
 def _arrays(file: BinaryIO) -> tuple[Array, Field, Field]:
     start = file.read(8)
     for magic, what in _OTHER_FORMATS.items():
@@ -178,7 +201,7 @@ def _refuse_numbers(number: Field, wrong: Iterator[NDArray[np.bool_]]) -> None:
         place, count = found
         raise InputError(
             f"number_per_m3{list(place)} = {number[place]:g}{_and_more(count)}; must be"
-            f" 0..{MAX_DENSITY_PER_M3:g}; set it to 0 where there are no drops"
+            f" 0..{MAX_DENSITY_PER_M3:g} 1/m³; set it to 0 where there are no drops"
         )
 
 

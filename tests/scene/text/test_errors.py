@@ -11,31 +11,35 @@ from scene_samples import BASE, FROM_FILE, problems
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("radius_um = 500.0", "radius_um = -3", "droplets.radius.radius_um = -3; must be 1..5000"),
+        (
+            "radius_um = 500.0",
+            "radius_um = -3",
+            "droplets.radius.radius_um = -3; must be 1..5000 µm",
+        ),
         (
             "radius_um = 500.0",
             "radius_um = 5001",
-            "droplets.radius.radius_um = 5001; must be 1..5000",
+            "droplets.radius.radius_um = 5001; must be 1..5000 µm",
         ),
         (
             "radius_um = 500.0",
             "radius_um = true",
-            "droplets.radius.radius_um = true; must be a number, 1..5000",
+            "droplets.radius.radius_um = true; must be a number, 1..5000 µm",
         ),
         (
             "radius_um = 500.0",
             'radius_um = "500"',
-            'droplets.radius.radius_um = "500"; must be a number, 1..5000',
+            'droplets.radius.radius_um = "500"; must be a number, 1..5000 µm',
         ),
         (
             "radius_um = 500.0",
             "radius_um = nan",
-            "droplets.radius.radius_um = nan; must be a finite number, 1..5000",
+            "droplets.radius.radius_um = nan; must be a finite number, 1..5000 µm",
         ),
         (
             "radius_um = 500.0",
             "",
-            "droplets.radius.radius_um is missing; give a number, 1..5000",
+            "droplets.radius.radius_um is missing; give a number, 1..5000 µm",
         ),
         (
             "radius_um = 500.0",
@@ -75,7 +79,11 @@ from scene_samples import BASE, FROM_FILE, problems
             "[[camera]]",
             "camera = [{ size_px = [64, 36] }]; must be a table: write [camera]",
         ),
-        ("altitude_deg = 20.0", "altitude_deg = 91", "light.0.altitude_deg = 91; must be -90..90"),
+        (
+            "altitude_deg = 20.0",
+            "altitude_deg = 91",
+            "light.0.altitude_deg = 91; must be -90..90 deg",
+        ),
         (
             "altitude_deg = 20.0",
             "azimuth_deg = inf",
@@ -84,12 +92,12 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "altitude_deg = 20.0",
             "irradiance_w_m2 = 0",
-            "light.0.irradiance_w_m2 = 0; must be greater than 0 and up to 1e12",
+            "light.0.irradiance_w_m2 = 0; must be greater than 0 and up to 1e12 W/m²",
         ),
         (
             "altitude_deg = 20.0",
             "angular_diameter_deg = 5.1",
-            "light.0.angular_diameter_deg = 5.1; must be 0..5",
+            "light.0.angular_diameter_deg = 5.1; must be 0..5 deg",
         ),
         ("altitude_deg = 20.0", 'spectrum = ""', 'light.0.spectrum = ""; must not be empty'),
         (
@@ -109,34 +117,34 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "size_px = [64, 36]",
             "size_px = [64, 0]",
-            "camera.size_px.1 = 0; must be 1..16384",
+            "camera.size_px.1 = 0; must be 1..16384 px",
         ),
         (
             "size_px = [64, 36]",
             "size_px = [64]",
             "camera.size_px = [64]; "
-            "must be a list of 2 whole numbers, each 1..16384, such as [1280, 720]",
+            "must be a list of 2 whole numbers, each 1..16384 px, such as [1280, 720]",
         ),
         (
             "size_px = [64, 36]",
             "size_px = [64, 36, 3]",
             "camera.size_px = [64, 36, 3]; "
-            "must be a list of 2 whole numbers, each 1..16384, such as [1280, 720]",
+            "must be a list of 2 whole numbers, each 1..16384 px, such as [1280, 720]",
         ),
         (
             "size_px = [64, 36]",
             "size_px = [64, 36.0]",
-            "camera.size_px.1 = 36.0; must be a whole number, 1..16384",
+            "camera.size_px.1 = 36.0; must be a whole number, 1..16384 px",
         ),
         (
             "size_px = [64, 36]",
             "fov_deg = 180",
-            "camera.fov_deg = 180; must be greater than 0 and less than 180",
+            "camera.fov_deg = 180; must be greater than 0 and less than 180 deg",
         ),
         (
             "size_px = [64, 36]",
             "position_m = [1e8, 0, 0]",
-            "camera.position_m.0 = 100000000.0; must be -1e7..1e7",
+            "camera.position_m.0 = 100000000.0; must be -1e7..1e7 m",
         ),
         (
             "1200.0, 1100.0]]",
@@ -174,7 +182,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "number_per_m3 = 1000.0",
             "number_per_m3 = -1",
-            "droplets.density.number_per_m3 = -1; must be 0..1e12",
+            "droplets.density.number_per_m3 = -1; must be 0..1e12 per m³",
         ),
         (
             "number_per_m3 = 1000.0",
@@ -227,7 +235,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "[camera]",
             "[scattering]\nwater_temperature_c = 61\n[camera]",
-            "scattering.water_temperature_c = 61; must be -12..60",
+            "scattering.water_temperature_c = 61; must be -12..60 °C",
         ),
         (
             "[camera]",
@@ -237,7 +245,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "[camera]",
             "[render]\nwavelength_step_nm = 0\n[camera]",
-            "render.wavelength_step_nm = 0; must be 0.05..40",
+            "render.wavelength_step_nm = 0; must be 0.05..40 nm",
         ),
         ("[camera]", "[render]\nsteps = 0\n[camera]", "render.steps = 0; must be 1..100000"),
         ("[camera]", "seed = 4\n[camera]", "unknown key seed; did you mean droplets.seed?"),
@@ -263,47 +271,47 @@ LAMP = 'type = "point"\nposition_m = [0, 0, 4]\nluminous_flux_lm = 800.0\ndiamet
         (
             "luminous_flux_lm = 800.0",
             "luminous_flux_lm = 0",
-            "light.0.luminous_flux_lm = 0; must be greater than 0 and up to 1e12",
+            "light.0.luminous_flux_lm = 0; must be greater than 0 and up to 1e12 lm",
         ),
         (
             "luminous_flux_lm = 800.0",
             "luminous_flux_lm = -800.0",
-            "light.0.luminous_flux_lm = -800.0; must be greater than 0 and up to 1e12",
+            "light.0.luminous_flux_lm = -800.0; must be greater than 0 and up to 1e12 lm",
         ),
         (
             "luminous_flux_lm = 800.0",
             "luminous_flux_lm = nan",
             "light.0.luminous_flux_lm = nan; must be a finite number, greater than 0 and up to "
-            "1e12",
+            "1e12 lm",
         ),
         (
             "luminous_flux_lm = 800.0",
             "",
-            "light.0.luminous_flux_lm is missing; give a number, greater than 0 and up to 1e12",
+            "light.0.luminous_flux_lm is missing; give a number, greater than 0 and up to 1e12 lm",
         ),
         (
             "[0, 0, 4]",
             "[0, inf, 4]",
-            "light.0.position_m.1 = inf; must be a finite number, -1e7..1e7",
+            "light.0.position_m.1 = inf; must be a finite number, -1e7..1e7 m",
         ),
         (
             "[0, 0, 4]",
             "[nan, 0, 4]",
-            "light.0.position_m.0 = nan; must be a finite number, -1e7..1e7",
+            "light.0.position_m.0 = nan; must be a finite number, -1e7..1e7 m",
         ),
-        ("[0, 0, 4]", "[0, 2e7, 4]", "light.0.position_m.1 = 20000000.0; must be -1e7..1e7"),
+        ("[0, 0, 4]", "[0, 2e7, 4]", "light.0.position_m.1 = 20000000.0; must be -1e7..1e7 m"),
         (
             "[0, 0, 4]",
             "[0, 4]",
-            "light.0.position_m = [0, 4]; must be a list of 3 numbers, each -1e7..1e7",
+            "light.0.position_m = [0, 4]; must be a list of 3 numbers, each -1e7..1e7 m",
         ),
         (
             "position_m = [0, 0, 4]",
             "",
-            "light.0.position_m is missing; give a list of 3 numbers, each -1e7..1e7",
+            "light.0.position_m is missing; give a list of 3 numbers, each -1e7..1e7 m",
         ),
-        ("diameter_m = 0.1", "diameter_m = -0.1", "light.0.diameter_m = -0.1; must be 0..10"),
-        ("diameter_m = 0.1", "diameter_m = 11", "light.0.diameter_m = 11; must be 0..10"),
+        ("diameter_m = 0.1", "diameter_m = -0.1", "light.0.diameter_m = -0.1; must be 0..10 m"),
+        ("diameter_m = 0.1", "diameter_m = 11", "light.0.diameter_m = 11; must be 0..10 m"),
         (
             "diameter_m = 0.1",
             "diametre_m = 1",
@@ -341,8 +349,8 @@ def test_a_wrong_lamp_is_named_with_what_is_allowed(old, new, message):
 def test_all_problems_are_reported_at_once():
     text = BASE.replace("radius_um = 500.0", "radius_um = -3").replace("20.0", "99", 1)
     assert problems(f"{text}[rendr]\n") == [
-        "storm.toml: light.0.altitude_deg = 99; must be -90..90",
-        "storm.toml: droplets.radius.radius_um = -3; must be 1..5000",
+        "storm.toml: light.0.altitude_deg = 99; must be -90..90 deg",
+        "storm.toml: droplets.radius.radius_um = -3; must be 1..5000 µm",
         "storm.toml: unknown key rendr; did you mean render?",
     ]
 

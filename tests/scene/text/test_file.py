@@ -150,11 +150,27 @@ def test_an_unknown_name_brings_the_nearest_ones(scenes_dir, tmp_path, monkeypat
     Path("xyzzy").write_text(BASE)
     with pytest.raises(InputError, match=r"file xyzzy can be read once its name ends with \.toml"):
         load_scene("xyzzy")
-    Path("mine.toml").write_text(BASE)
-    with pytest.raises(InputError, match=r"To read your own file, write mine\.toml"):
-        load_scene("mine")
     with pytest.raises(InputError, match='named ""'):
         load_scene("")
+
+
+def test_a_file_is_found_without_its_suffix(scenes_dir, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine").mkdir()
+    for path in (Path("mine.toml"), Path("mine") / "rain.toml"):
+        path.write_text(BASE)
+        got = load_scene(path.with_suffix(""))
+        assert (got, got.source_name) == (load_scene(path), str(path))
+
+
+def test_a_builtin_scene_goes_before_a_file_of_its_name(scenes_dir, tmp_path, monkeypatch, caplog):
+    monkeypatch.chdir(tmp_path)
+    Path("shower.toml").write_text(BASE.replace("500.0", "77.0"))
+    assert load_scene("shower").source_text == BASE
+    assert caplog.messages == [
+        "rtbow: shower is the built-in scene; to read the file, write shower.toml"
+    ]
+    assert load_scene("shower.toml").droplets.radius.radius_um == 77.0
 
 
 def test_a_file_beside_does_not_hide_a_builtin_scene(scenes_dir, tmp_path, monkeypatch):
@@ -272,5 +288,5 @@ def test_parse_set_refuses(text, message):
 
 def test_text_where_a_number_belongs_is_shown_as_text():
     assert problems(BASE, dict([parse_set("camera.fov_deg=wide")])) == [
-        '--set camera.fov_deg = "wide"; must be a number, greater than 0 and less than 180'
+        '--set camera.fov_deg = "wide"; must be a number, greater than 0 and less than 180 deg'
     ]

@@ -120,6 +120,34 @@ def test_only_keys_of_the_old_distribution_are_dropped():
     assert line.startswith("storm.toml: droplets.radius.min_um does not belong")
 
 
+@pytest.mark.parametrize(
+    ("overrides", "line"),
+    [
+        (
+            {"droplets.radius.distribution": "normal"},
+            "--set droplets.radius.distribution: droplets.radius.mean_um is missing; ",
+        ),
+        ({"light.0.type": "point"}, "--set light.0.type: light.0.position_m is missing; "),
+        ({"droplets.density.number_per_m3": None}, "--set droplets.density.number_per_m3"),
+        ({"droplets.radius": None}, "--set droplets.radius"),
+        ({"scattering.salinity_g_kg": 5, "scattering.refractive_index": 1.5}, "--set scattering."),
+    ],
+)
+def test_an_override_is_to_blame_for_what_it_makes_wrong_elsewhere(overrides, line):
+    assert problems(BASE, overrides)[0].startswith(line)
+
+
+def test_of_several_overrides_the_one_to_blame_is_named():
+    deep = BASE.replace("[-1500.0, 200.0, 0.0]", "[-1500.0, 200.0, -999999.0]")
+    (line,) = problems(deep, {"atmosphere.rayleigh": True, "droplets.seed": 3})
+    assert line.startswith(
+        "--set atmosphere.rayleigh: droplets.box_m = [-1500.0, 200.0, -999999.0]"
+    )
+    salty = {"scattering.salinity_g_kg": 5, "scattering.water_temperature_c": 50}
+    (line,) = problems(BASE, {"droplets.seed": 3, **salty})
+    assert line.startswith("--set scattering.salinity_g_kg = 5; goes with")
+
+
 def test_a_radius_table_replaces_the_whole_table():
     radius = {"distribution": "constant", "radius_um": 20}
     got = loaded({"droplets.radius": radius})
@@ -138,15 +166,15 @@ def test_a_new_volume_file_replaces_the_description(tmp_path):
     [
         (
             {"light.0.altitude_deg": 99},
-            ["--set light.0.altitude_deg = 99; must be -90..90"],
+            ["--set light.0.altitude_deg = 99; must be -90..90 deg"],
         ),
         (
             {"camera.size_px": [0, 16]},
-            ["--set camera.size_px.0 = 0; must be 1..16384"],
+            ["--set camera.size_px.0 = 0; must be 1..16384 px"],
         ),
         (
             {"camera.size_px.1": 0},
-            ["--set camera.size_px.1 = 0; must be 1..16384"],
+            ["--set camera.size_px.1 = 0; must be 1..16384 px"],
         ),
         (
             {"droplets.radius.distribution": "unform"},
@@ -243,5 +271,5 @@ def test_a_wrong_file_stays_the_files_fault_beside_overrides():
     )
     assert got == [
         "storm.toml: camera = 5; must be a table: write [camera]",
-        "--set light.0.altitude_deg = 99; must be -90..90",
+        "--set light.0.altitude_deg = 99; must be -90..90 deg",
     ]

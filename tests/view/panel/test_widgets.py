@@ -224,7 +224,7 @@ def test_reset_clears_what_was_refused(uniform):
 
 
 def test_what_the_message_repeats_is_left_out():
-    text = "--set light.0.altitude_deg = 91.0; must be -90..90"
+    text = "--set light.0.altitude_deg = 91.0; must be -90..90 deg"
     assert shortened(text, "light.0.altitude_deg") == "must be -90..90"
     other = "--set droplets.radius.max_um = 5.0; must be greater than min_um = 9"
     assert shortened(other, "droplets.radius.min_um").startswith("droplets.radius.max_um = 5.0;")

@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 from rtbow.view.document.state import ViewState
 from rtbow.view.panel.layout import Rows
 from rtbow.view.window import look
+from rtbow.world.camera import view_of
 
 _WINDOW_S = 1.0
 """Time over which frames are counted."""
@@ -65,6 +66,8 @@ class Status:
             parts.append(f"{fps:.0f} fps")
         parts.append(f"scale {100 * state.scale:.0f} %")
         imgui.text(" · ".join(parts))
+        across, upright = view_of(frame.scene.camera).fields_deg
+        imgui.text_disabled(rows.cut(f"view {across:.4g}° wide, {upright:.4g}° high"))
 
     def _error(self, rows: Rows, state: ViewState) -> None:
         """Draw the line of the error and the device."""

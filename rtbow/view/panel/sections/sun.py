@@ -218,8 +218,8 @@ _EXPECTED = {
     "day": "a date such as 2026-06-21",
     "minutes": "a time such as 18:30",
     "offset_h": "a number of hours, -24..24",
-    "latitude_deg": "a number, -90..90",
-    "longitude_deg": "a number, -180..180",
+    "latitude_deg": "a number, -90..90 degrees",
+    "longitude_deg": "a number, -180..180 degrees",
 }
 
 
