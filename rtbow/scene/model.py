@@ -132,7 +132,7 @@ class Camera(Table):
         "centre",
         description="what a pixel shows: centre for the light along the ray through its centre, "
         "area for the mean over its solid angle, as a camera's does, and as the window does where "
-        "this is left out",
+        "this is left out and all drops are alike",
         json_schema_extra=shown_as(
             "",
             "Fringes finer than the pixels make false rings (moiré) at their centres; the mean "

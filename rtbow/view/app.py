@@ -246,8 +246,6 @@ class Viewer:
         width, height = self.stage.view_rect()[2:]
         size = max(round(scale * width), 1), max(round(scale * height), 1)
         scene = _resized(self.edits.scene, size)
-        # Of pixels' centres, small frames of fine fringes show false rings. The reference takes
-        # many rays for the mean over a pixel: too long to wait for.
         return scene if self.state.method == "reference" else _with_means(scene)
 
     def _ask(self, now: float) -> None:
@@ -448,8 +446,14 @@ class Viewer:
 
 
 def _with_means(scene: Scene) -> Scene:
-    """Take pixels as areas, unless the scene says how it takes them."""
-    if "pixel" in scene.camera.model_fields_set or scene.camera.pixel == "area":
+    """Take pixels as areas where all drops are alike, unless the scene says how it takes them.
+
+    At pixels' centres small frames of fine fringes show false rings. Drops of many sizes blur their
+    fringes themselves, and their tables of means take long.
+    """
+    radius = scene.droplets.radius
+    alike = scene.droplets.file is None and radius is not None and radius.distribution == "constant"
+    if "pixel" in scene.camera.model_fields_set or not alike:
         return scene
     if scene.compare is not None:
         return changed_scene(scene, {"camera.pixel": "area"})

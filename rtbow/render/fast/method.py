@@ -13,6 +13,10 @@ from rtbow.render.fast.shared import Plan, plan_world
 from rtbow.render.fast.sun import FastSun
 from rtbow.world.world import World
 
+_WIDE_PIXEL_RAD = 0.01
+"""Width of a pixel that is a mean over its area, from which on a volume of many radii is tabled for
+each place anew."""
+
 
 class FastMethod:
     """The textures and programs of a world on one GL context (:class:`rtbow.render.method.Method`).
@@ -60,6 +64,11 @@ class FastMethod:
         plan = self.plan.moved(world)
         same = world.optics is self._seen.optics and world.view.shows_no_more_than(self._seen.view)
         roaming = self._roaming or not same
+        wide = world.view.area and world.view.plane_pixel > _WIDE_PIXEL_RAD
+        if roaming and wide and len(plan.radii.rows) > 1:
+            # Tables for all places have too few lines for wide pixels of many radii: 0.8 in
+            # CIEDE2000 at pixels of a degree, where those for one place leave 0.3.
+            return False
         try:
             lights = self._moved_lights(plan, roaming)
         except Exception:
