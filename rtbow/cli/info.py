@@ -33,6 +33,13 @@ def info(subject: str | None, output: str | None) -> None:
         _show_machine()
     elif _is_scene(subject):
         _show_scene(subject, output)
+    elif subject.lower().endswith(".npz"):
+        raise InputError(
+            f"{subject}: a volume is described with the scene that takes it: name it there as"
+            " droplets.file, and use rtbow info on the scene"
+        )
+    elif subject == "-":
+        raise InputError("-: render alone reads a scene from standard input; name a file here")
     else:
         _show_spectrum(subject, output)
 
@@ -62,7 +69,21 @@ def _show_scene(subject: str, output: str | None) -> None:
     click.echo(scene_report(load_scene(subject)))
 
 
+def _check_known(subject: str) -> None:
+    """Refuse a name that is nearer to a scene's than to a spectrum's."""
+    import difflib
+
+    from rtbow.scene.text.file import builtin_scenes
+    from rtbow.world.spectra import spectrum_names
+
+    names = [*builtin_scenes(), *spectrum_names()]
+    near = difflib.get_close_matches(subject, names, n=1, cutoff=0.7)
+    if near and near[0] in builtin_scenes() and not Path(subject).exists():
+        raise InputError(f"{subject} is no scene, spectrum or file; did you mean {near[0]}?")
+
+
 def _show_spectrum(subject: str, output: str | None) -> None:
+    _check_known(subject)
     from rtbow.base.files import check_writable
     from rtbow.frames.plot import PLOT_SUFFIXES
     from rtbow.study.spectra import describe, draw_spectrum

@@ -125,6 +125,11 @@ def table_info(samples: int) -> None:
 @click.option(
     "--spectrum", metavar="NAME", help="The light of a texture: a name or a file; left out: E490."
 )
+@click.option(
+    "--beyond",
+    type=click.Choice(("zero", "hold")),
+    help="What a spectrum's file that ends within 380-780 nm has beyond; left out: it is refused.",
+)
 @quiet_option
 def table_export(
     output: str,
@@ -136,6 +141,7 @@ def table_export(
     wavelength_nm: tuple[float, ...] | None,
     angles: int | None,
     spectrum: str | None,
+    beyond: Literal["zero", "hold"] | None,
     quiet: bool,
 ) -> None:
     """Write the scattering of drops for other programs.
@@ -184,7 +190,8 @@ def table_export(
         from rtbow.tables.exchange import write_texture
         from rtbow.world.spectra import load_spectrum
 
-        write_texture(Path(output), wanted, load_spectrum(spectrum or E490), progress, building)
+        light = load_spectrum(spectrum or E490, beyond)
+        write_texture(Path(output), wanted, light, progress, building)
     else:
         export_table(Path(output), wanted, progress, building)
     if not quiet:

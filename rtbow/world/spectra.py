@@ -137,8 +137,8 @@ def _over_the_visible(path: str, measured: Measured, beyond: Beyond | None) -> S
         raise InputError(f"{covers}give the spectrum of a light that is visible")
     if beyond is None:
         raise InputError(
-            f'{covers}set the light\'s key beyond to "zero" (no light there) or "hold" (the last'
-            " value goes on), or add what is missing"
+            f'{covers}set the light\'s key (or option) beyond to "zero" (no light there) or "hold"'
+            " (the last value goes on), or add what is missing"
         )
     return _extended(spectrum, beyond)
 

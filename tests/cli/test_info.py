@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from command_line import SMALL, Result, Summary, contents
+from command_line import SMALL, Result, Summary, assert_refused, contents
 from lamp_samples import FILE_VALUES, rows
 from rtbow.frames.image import read_exr
 from rtbow.study.spectra import colour_temperature
@@ -128,3 +128,11 @@ def test_the_list_of_spectra(call):
         assert float(temperature.removesuffix(" K")) == pytest.approx(kelvin, abs=8)
         assert ra == f"Ra {index}"
     assert all(re.match(r"[A-Za-z].*, \d+ K, Ra \d+$", text) for text in lines.values())
+
+
+@pytest.mark.parametrize(
+    ("subject", "says"),
+    [("shwer", "did you mean shower?"), ("drops.npz", "droplets.file"), ("-", "render alone")],
+)
+def test_what_is_neither_scene_nor_spectrum_is_told_apart(call, subject, says):
+    assert_refused(call("info", subject), says)
