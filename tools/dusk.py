@@ -263,8 +263,8 @@ def section(work: Path) -> Iterator[str]:
     yield summed(groups(), work)
     yield bullets(
         [
-            "The sun's disc is a point at the shadow's edge, and rays are straight; README.md,"
-            " under Limitations, says what both leave out.",
+            "The sun's disc is a point at the shadow's edge, and rays are straight;"
+            " [limitations.md](limitations.md) says what both leave out.",
         ]
     )
 
