@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 import tomlkit
 
-from rtbow.base.limits import INDICES
+from rtbow.base.limits import DEEPEST_AIR_M, INDICES
 from rtbow.base.resources import resource_dir
 from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.droplets import BY_PARTS
@@ -81,7 +81,10 @@ def draw(rng: Rng, node: Node, key: str) -> Any:
     if node.items:
         count = int(rng.integers(1, 4)) if node.open else len(node.items)
         children = [(n, node.child(n)) for n in range(count)]
-        return [draw(rng, child, f"{key}.0") for _, child in children if child is not None]
+        items = [draw(rng, child, f"{key}.0") for _, child in children if child is not None]
+        if key.endswith("position_m"):  # air ends there
+            items[2] = max(items[2], DEEPEST_AIR_M)
+        return items
     if get_origin(node.annotation) is Literal:
         return _choice(rng, get_args(node.annotation))
     if node.annotation is bool:
@@ -161,7 +164,7 @@ def _box(rng: Rng) -> list[list[float]]:
     elif kind < 0.3:
         centre = rng.choice([-1.0, 1.0], 3) * (9.9e6, 9.9e6, 9e4)  # air ends 100 km down
         extent = 10.0 ** rng.uniform(-1.0, 5.0, 3)
-    low = np.clip(centre - 0.5 * extent, -1e7, 9.999999e6)
+    low = np.clip(centre - 0.5 * extent, [-1e7, -1e7, DEEPEST_AIR_M], 9.999999e6)
     high = np.clip(np.maximum(low + extent, np.nextafter(low, np.inf)), -1e7, 1e7)
     return [low.tolist(), high.tolist()]
 

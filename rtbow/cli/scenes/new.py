@@ -61,8 +61,8 @@ def new(
     Example: rtbow new bow.toml --sun 59.9,10.7,2026-07-01T19:30+02:00 --rain 5
     """  # fmt: skip
     from rtbow.base.files import check_writable, write_atomic
+    from rtbow.scene.starter import RAIN_MM_H, starter_text
     from rtbow.scene.text.file import scene_from_text
-    from rtbow.scene.text.starter import RAIN_MM_H, starter_text
     from rtbow.world.lights import light_notes
     from rtbow.world.visibility import horizon_notes, sun_notes
 
