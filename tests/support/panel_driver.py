@@ -293,6 +293,8 @@ def shown_rows(scene: Scene) -> list[Row]:
     """Give those that go with the rest of the scene."""
     drops = scene.droplets
     without = {"light", "compare"}
+    if scene.camera.focal_length_mm is None:
+        without.add("camera.sensor_mm")
     if scene.camera.look is not None:
         without |= {"camera.azimuth_deg", "camera.altitude_deg"}
     if drops.around_m is not None:

@@ -304,8 +304,11 @@ def unused_keys(table: BaseModel) -> frozenset[str]:
     A light's time is set by date and place above. Angles and corners that follow from what the
     camera looks at and where rain is around it are not set by themselves.
     """
-    if isinstance(table, Camera) and table.look is not None:
-        return frozenset(LOOKED_AT)
+    if isinstance(table, Camera):
+        unused_ones = set(LOOKED_AT) if table.look is not None else set()
+        if table.focal_length_mm is None:
+            unused_ones.add("sensor_mm")
+        return frozenset(unused_ones)
     if isinstance(table, Droplets) and table.around_m is not None:
         return frozenset({"box_m"})
     if not isinstance(table, SunLight):

@@ -59,7 +59,7 @@ def drive(stage: Stage, row: Row) -> str:
     return row.path
 
 
-LEADING = ("look", "focal_length_mm")
+LEADING = ("look", "focal_length_mm", "around_m")
 """Keys that bring others along, as ``mixing`` and tags do."""
 
 
