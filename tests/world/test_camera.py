@@ -145,5 +145,7 @@ def test_a_shifted_picture_is_a_part_of_a_larger_one(method, pixel):
             frames.append(renderer.render(method=method)[:8, :8])
     expected, got = frames
     assert expected.max() > 0.0
-    # 1e-5 (spectral) and 2e-5 (fast) of the brightest, measured.
-    assert got == pytest.approx(expected, rel=0.0, abs=1e-4 * float(expected.max()))
+    # Measured: 1e-5 (spectral) of the brightest; fast makes tables for each picture's own angles,
+    # which differ by 1.8e-4.
+    share = 3e-4 if method == "fast" else 3e-5
+    assert got == pytest.approx(expected, rel=0.0, abs=share * float(expected.max()))
