@@ -22,22 +22,11 @@ DARK_COLUMN = 75.0
 
 
 def filled_box(volume: DropletVolume) -> Array:
-    """Give the part of the box that has drops (2, 3): whole cells, and nothing of an empty one."""
+    """Give the part of the box that has drops (2, 3), without extent where there are none."""
     if volume.uniform:
         return volume.box_m
-    filled = volume.number_per_m3 > 0.0
-    low, extent = volume.box_m[0], volume.box_m[1] - volume.box_m[0]
-    box = volume.box_m.copy()
-    for axis in range(3):
-        others = tuple(k for k in range(3) if k != axis)
-        at = np.flatnonzero(filled.any(axis=others))
-        if len(at) == 0:
-            return np.stack([low, low])
-        last = volume.shape[axis] - 1
-        # Density falls to nothing over the cell beyond the last point with drops.
-        box[0, axis] = low[axis] + max(at[0] - 1, 0) / last * extent[axis]
-        box[1, axis] = low[axis] + min(at[-1] + 1, last) / last * extent[axis]
-    return box
+    box = volume.filled_box_m
+    return np.stack([volume.box_m[0]] * 2) if box is None else box
 
 
 def kind_of(volume: DropletVolume) -> Kind:

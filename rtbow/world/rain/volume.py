@@ -68,20 +68,22 @@ class DropletVolume:
 
     @cached_property
     def filled_box_m(self) -> Array | None:
-        """Corners (2, 3) of the least box that holds all drops, m; None where there are none."""
+        """Corners (2, 3) of the least box that holds all drops, m: whole cells, and nothing of an
+        empty one; None where there are no drops."""
         filled = self.number_per_m3 > 0.0
         if not filled.any():
             return None
+        low, extent = self.box_m[0], self.box_m[1] - self.box_m[0]
         box = self.box_m.copy()
         for axis, count in enumerate(self.shape):
             if count == 1:
                 continue
             others = tuple(other for other in range(3) if other != axis)
             points = np.flatnonzero(filled.any(axis=others))
-            # Between a filled point and an empty one there are drops.
-            ends = max(points[0] - 1, 0), min(points[-1] + 1, count - 1)
-            low, high = self.box_m[:, axis]
-            box[:, axis] = low + (high - low) * np.array(ends) / (count - 1)
+            # Density falls to nothing over the cell beyond the last point with drops.
+            first, last = max(points[0] - 1, 0), min(points[-1] + 1, count - 1)
+            box[0, axis] = low[axis] + first / (count - 1) * extent[axis]
+            box[1, axis] = low[axis] + last / (count - 1) * extent[axis]
         return box
 
     @property
