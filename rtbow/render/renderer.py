@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike, fspath
 from types import TracebackType
 from typing import TYPE_CHECKING, Literal, Self, get_args
@@ -20,7 +22,6 @@ from rtbow.base.errors import (
     UnsuitedError,
     require_one_of,
 )
-from rtbow.frames.bows.reasons import reasons
 from rtbow.frames.display import require_finite
 from rtbow.gl.context import Backend
 from rtbow.gl.process import Lock
@@ -31,10 +32,31 @@ if TYPE_CHECKING:
     from rtbow.frames.bows.measured import FrameMeasures
     from rtbow.gl.context import GlContext
     from rtbow.render.method import Method
-from rtbow.world.world import World
+    from rtbow.world.world import World
 
 MethodName = Literal["auto", "fast", "spectral", "reference"]
 METHODS: tuple[MethodName, ...] = get_args(MethodName)
+
+
+@dataclass(frozen=True)
+class _Last:
+    """What is kept of the last frame, to say what it does not show once that is asked for."""
+
+    worlds: tuple[World, ...]
+    columns: tuple[slice, ...]
+    black: tuple[bool, ...]
+
+    @classmethod
+    def of(cls, worlds: list[World], columns: list[slice], rgb: NDArray[np.float32]) -> _Last:
+        from rtbow.frames.bows.reasons import is_black
+
+        return cls(tuple(worlds), tuple(columns), tuple(is_black(rgb[:, c]) for c in columns))
+
+    @cached_property
+    def unseen(self) -> tuple[str, ...]:
+        from rtbow.frames.bows.reasons import reasons
+
+        return reasons(self.worlds, self.columns, self.black)
 
 
 CPU_RENDERER = "CPU, float64"
@@ -58,8 +80,6 @@ class Renderer:
 
     Attributes:
         method_used: what drew the last frame, where ``auto`` was asked for too.
-        unseen: why the last frame shows no bow, or nothing at all, and what would change that, a
-            line for each reason; empty where a bow is in view.
         unsuited: why ``auto`` left this scene to ``spectral`` or ``reference``; empty where it
             did not.
 
@@ -72,7 +92,7 @@ class Renderer:
         self.scene = _scene(scene)
         self.method_used: MethodName = "auto"
         self.unsuited = ""
-        self.unseen: tuple[str, ...] = ()
+        self._last: _Last | None = None
         self._backend = require_one_of("backend", backend, get_args(Backend))
         self._lock = Lock()
         self._context: GlContext | None = None
@@ -105,6 +125,15 @@ class Renderer:
 
         notes = (note for world in self._resolved() for note in world.notes)
         return tuple(dict.fromkeys((*notes, *horizon_notes(self.scene))))
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Why the last frame shows no bow, or nothing at all, and what would change that.
+
+        A line for each reason; empty where a bow is in view, before the first frame and once the
+        renderer is closed.
+        """
+        return () if self._last is None else self._last.unseen
 
     def render(
         self,
@@ -141,7 +170,7 @@ class Renderer:
                 frame = self._render_somehow(progress, building)
             else:
                 frame = self._render_shader(method, progress, building)
-            self.unseen = reasons(self._resolved(), self._columns, frame)
+            self._last = _Last.of(self._resolved(), self._columns, frame)
         # Before anything clamps: a maximum of NaN and 0 is 0 on some drivers.
         require_finite(frame)
         return frame
@@ -368,7 +397,7 @@ class Renderer:
         """
         with self._in_turn():
             self._closed = True
-            self._methods, self._worlds = {}, []
+            self._methods, self._worlds, self._last = {}, [], None
             if self._context is not None:
                 self._abandon.detach()
                 self._context.close()

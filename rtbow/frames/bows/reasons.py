@@ -32,21 +32,26 @@ _SKIPPED = 16
 Keys = Mapping[str, float]
 
 
-def reasons(worlds: Sequence[World], columns: Sequence[slice], rgb: Float32) -> tuple[str, ...]:
+def reasons(
+    worlds: Sequence[World], columns: Sequence[slice], black: Sequence[bool]
+) -> tuple[str, ...]:
     """Say why parts of a frame show no bow, each in one line with the remedy; none where all do.
 
     Args:
         worlds: of the parts.
         columns: that each part fills.
-        rgb: the frame (h, w, 3), linear Rec. 709.
+        black: whether each part has no light (:func:`is_black`).
     """
-    said = (
-        part_reason(world, part, rgb[:, part]) for world, part in zip(worlds, columns, strict=True)
-    )
+    said = map(part_reason, worlds, columns, black)
     return tuple(dict.fromkeys(line for line in said if line))
 
 
-def part_reason(world: World, columns: slice, rgb: Float32) -> str:
+def is_black(rgb: Float32) -> bool:
+    """Tell whether no pixel (h, w, 3) has any light."""
+    return not ((rgb[::_SKIPPED, ::_SKIPPED] > 0.0).any() or (rgb > 0.0).any())
+
+
+def part_reason(world: World, columns: slice, black: bool) -> str:
     """Say why a part of a frame shows no bow; empty where one is in view.
 
     A sun below the horizon that no air and no Earth hides is said, too: nobody sees such a bow.
@@ -54,9 +59,8 @@ def part_reason(world: World, columns: slice, rgb: Float32) -> str:
     Args:
         world: of the part.
         columns: that it fills.
-        rgb: its pixels (h, w, 3).
+        black: whether it has no light.
     """
-    black = _black(rgb)
     head = "the picture is black: " if black else "no bow in the picture: "
     sight = sight_of(world, columns)
     if sight is None:
@@ -66,10 +70,6 @@ def part_reason(world: World, columns: slice, rgb: Float32) -> str:
     if black:
         return head + _dark(world, sight)
     return _impossible(world)
-
-
-def _black(rgb: Float32) -> bool:
-    return not ((rgb[::_SKIPPED, ::_SKIPPED] > 0.0).any() or (rgb > 0.0).any())
 
 
 def _filled(world: World) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,8 +58,7 @@ class Medium:
             reflections: internal reflections, 1 primary, 2 secondary.
             wavelength_nm: in air.
         """
-        nm = floats([wavelength_nm])
-        return float(np.degrees(bow(reflections, nm * 1e-9, self.index(nm)).angle_rad[0]))
+        return _descartes_deg(self, reflections, wavelength_nm)
 
     def bow_radius_deg(self, reflections: int, wavelength_nm: float = YELLOW_NM) -> float:
         """Give the radius of Descartes' bow about the antisolar point, degrees.
@@ -75,3 +75,9 @@ class Medium:
         if self.fresh:
             return f"water at {self.temperature_c:g} °C"
         return f"sea water of {self.salinity_g_kg:g} g/kg at {self.temperature_c:g} °C"
+
+
+@lru_cache(maxsize=64)  # a window asks for each of its pictures
+def _descartes_deg(medium: Medium, reflections: int, wavelength_nm: float) -> float:
+    nm = floats([wavelength_nm])
+    return float(np.degrees(bow(reflections, nm * 1e-9, medium.index(nm)).angle_rad[0]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rtbow
-from rtbow.frames.bows.reasons import reasons
+from rtbow.frames.bows.reasons import is_black, reasons
 from rtbow.world.world import resolve
 
 SMALL = {"camera.size_px": [24, 14]}
@@ -20,7 +20,10 @@ def said(name, changes, light=1.0):
     scene = rtbow.load_scene(name, {**SMALL, **changes})
     parts = scene.parts()
     frame = np.full((14, 24, 3), light, np.float32)
-    return reasons([resolve(part) for part, _ in parts], [columns for _, columns in parts], frame)
+    columns = [filled for _, filled in parts]
+    return reasons(
+        [resolve(part) for part, _ in parts], columns, [is_black(frame[:, c]) for c in columns]
+    )
 
 
 @pytest.mark.parametrize("name", ["uniform", "default", "street-lamp", "two-lamps", "fogbow"])
