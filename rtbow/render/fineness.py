@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rtbow.render.colours.table import MOST_PHASE, fringe_phase
+from rtbow.render.colours.table import MOST_PHASE, greatest_phase
 from rtbow.world.world import World
 
 _DENSE = 30.0
@@ -35,7 +35,7 @@ def sharp_step_nm(world: World) -> float:
     scatterer = world.scatterer
     phase = 0.0
     for low, high in ends:
-        reach = fringe_phase(scatterer.orders, radius_m, low, high, scatterer.medium)
+        reach = greatest_phase(scatterer.orders, radius_m, low, high, scatterer.medium)
         phase = max(phase, reach)
     wanted = MOST_PHASE / phase if phase > 0.0 else math.inf  # of neighbours, a step of 1 nm apart
     finer = [least for least in _STEPS_NM if least <= wanted] or [_STEPS_NM[-1]]

@@ -11,7 +11,7 @@ from rtbow.base.arrays import Array, Float32, floats
 from rtbow.physics.air.earth_shadow import edge_height_m
 from rtbow.physics.air.rayleigh import sun_column
 from rtbow.physics.constants import SCALE_HEIGHT_M
-from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER
+from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER, fringe_phase
 from rtbow.world.optics import Optics
 from rtbow.world.rain.volume import DropletVolume
 
@@ -128,8 +128,7 @@ def fringe_crowding(volume: DropletVolume, optics: Optics) -> float:
     z = _FAR_RAD * scale
     if disc > 0.0:
         z = min(z, (_BLURRED / (scale * disc)) ** 2)
-    phase = 4.0 / 3.0 * z**1.5
-    return float(min(max(phase / _FINE_PHASE, 1.0), _MOST_CROWDED))
+    return min(max(fringe_phase(z) / _FINE_PHASE, 1.0), _MOST_CROWDED)
 
 
 def step_rates(volume: DropletVolume, optics: Optics, rain_per_m: float = 0.0) -> StepRates:

@@ -155,6 +155,11 @@ _WIDTH_UNITS = 1.4 / PRIMARY_UNIT
 main maximum has at half its height, from z = 0.09 to z = 1.72."""
 
 
+def fringe_phase(z: float) -> float:
+    """Give the phase of the fringes of Ai²(-z), rad: they repeat with 2 pi (from z = 1 on)."""
+    return 4.0 / 3.0 * float(z) ** 1.5
+
+
 def bow_width(radius_m: float, unit: float) -> float:
     """Give the width of the main bow at the violet end, rad.
 

@@ -20,7 +20,7 @@ import numpy as np
 from rtbow.base.arrays import Array, Float32, floats
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.physics.drop.airy import SCALE_POWER, bows
+from rtbow.physics.drop.airy import SCALE_POWER, bows, fringe_phase
 from rtbow.physics.drop.medium import Medium
 from rtbow.render.colours.basis import _RAIN_DEPTH, LightBasis
 from rtbow.render.colours.pixels import RIGHT_ANGLE_CHORD, PixelLevels
@@ -131,12 +131,12 @@ def fringe_step(
         The step, rad; 0 where no step does, since wavelengths 1 nm apart differ too much.
     """
     ends = _greatest_arguments(orders, radius_m, low, high, medium)
-    if max(_phase(z) for z, _ in ends) > MOST_PHASE:
+    if max(fringe_phase(z) for z, _ in ends) > MOST_PHASE:
         return 0.0
     return min(_PHASE_STEP / (2.0 * math.sqrt(z) * scale) for z, scale in ends)
 
 
-def fringe_phase(
+def greatest_phase(
     orders: tuple[int, ...], radius_m: float, low: float, high: float, medium: Medium
 ) -> float:
     """Give the greatest phase of the fringes of drops at the violet end, rad.
@@ -144,12 +144,7 @@ def fringe_phase(
     It is inverse to the wavelength: neighbouring ones differ by the phase times their step over
     them. Arguments are those of :func:`fringe_step`.
     """
-    return max(_phase(z) for z, _ in _greatest_arguments(orders, radius_m, low, high, medium))
-
-
-def _phase(z: float) -> float:
-    """Phase of Ai²(-z), whose fringes repeat with pi."""
-    return 4.0 / 3.0 * float(z**1.5)
+    return max(fringe_phase(z) for z, _ in _greatest_arguments(orders, radius_m, low, high, medium))
 
 
 def _greatest_arguments(
