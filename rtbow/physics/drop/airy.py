@@ -11,6 +11,7 @@ so radius and angle enter through one variable only. This is the split of the pa
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -157,7 +158,7 @@ main maximum has at half its height, from z = 0.09 to z = 1.72."""
 
 def fringe_phase(z: float) -> float:
     """Give the phase of the fringes of Ai²(-z), rad: they repeat with 2 pi (from z = 1 on)."""
-    return 4.0 / 3.0 * float(z) ** 1.5
+    return 4.0 / 3.0 * z * math.sqrt(z)
 
 
 def bow_width(radius_m: float, unit: float) -> float:

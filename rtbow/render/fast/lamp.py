@@ -27,18 +27,11 @@ from rtbow.render.colours.table import (
     unfolded,
 )
 from rtbow.render.edges import PixelPass
+from rtbow.render.fast import limits
 from rtbow.render.fast.columns import lamp_column
 from rtbow.render.fast.light import LightPlan, most_texels, plan_light
 from rtbow.render.fast.nodes import Nodes, block_for
-from rtbow.render.fast.shared import (
-    Plan,
-    bind_rain,
-    check_cost,
-    check_depth,
-    check_loops,
-    light_defines,
-    set_scene,
-)
+from rtbow.render.fast.shared import Plan, bind_rain, light_defines, set_scene
 from rtbow.render.uniforms import lamp_pixels_wide, lamp_points
 from rtbow.tables.layout import running_integral
 from rtbow.world.lights import NEAREST_M, Lamp
@@ -142,12 +135,12 @@ def plan_lamp(plan: Plan, lamp: Lamp, most_texels: int, *, roaming: bool = False
         column = Column(0.0, 2.0 * column.high)
     fringe = world.narrowest_bow_rad
     _check_disc(plan, lamp, fringe)
-    check_depth(plan, _MOST_DEPTH)
-    check_loops(plan, 2 * lamp_points(world))
+    limits.check_depth(plan, _MOST_DEPTH)
+    limits.check_loops(plan, 2 * lamp_points(world))
     chord = chords(0.0, np.pi, fringe / settings.texels_per_fringe, most_texels)
     light = plan_light(plan, lamp.spectrum, column, chord)
     if not roaming:  # those serve many frames
-        check_cost(plan, light.evaluations)
+        limits.check_cost(plan, light.evaluations)
     even = world.volume.uniform and world.rain is None
     block = 0 if even else block_for(world.view, settings.lamp_block)
     return LampPlan(plan, lamp, column, fringe, light, light.degree(column), block)

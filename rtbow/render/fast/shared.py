@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.base.errors import UnsuitedError
 from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import GlProgram, volume_texture
@@ -27,7 +26,7 @@ from rtbow.render.fast.columns import (
     radius_spread,
 )
 from rtbow.render.fast.tolerance import FastSettings, hat_rows, settings_for
-from rtbow.render.uniforms import MOST_LOOPS, common_defines, common_uniforms, set_uniforms
+from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
 from rtbow.tables.layout import radius_axis
 from rtbow.world.lights import Lamp, Sun
 from rtbow.world.rain.volume import DropletVolume
@@ -36,21 +35,15 @@ from rtbow.world.steps import (
     StepRates,
     fringe_crowding,
     grid_cells,
-    lamp_steps,
-    most_steps,
     rates_on_grid,
 )
 from rtbow.world.world import World
 
-_MOST_FRAMES = 10
-"""A frugal plan makes tables where they cost no more than so many frames by ``spectral``."""
-_FEW_EVALUATIONS = 50_000_000
-"""Tables of no more evaluations are made in any case: a few seconds on a CPU."""
 _LEFT_OUT = 2e-5
 """At each end of the radii, drops with this share of the light count at the last row's radius."""
 DARK = 1e4
 """The shader's column where the Earth is in the way: no light is left behind it at all."""
-_LEAST_STEPS = 12
+LEAST_STEPS = 12
 """Least steps along a ray through a grid: on short ones a few cells' errors do not average out."""
 
 
@@ -184,7 +177,7 @@ def light_defines(plan: Plan, *, degree: int, rain: bool) -> dict[str, Define]:
         rain: whether its table has a row for the rain's colour.
     """
     world, rows = plan.world, len(plan.radii.rows)
-    least = 1 if world.volume.uniform else _LEAST_STEPS
+    least = 1 if world.volume.uniform else LEAST_STEPS
     return {
         **common_defines(world),
         "RADIUS_POWER": RADIUS_POWER,
@@ -218,71 +211,3 @@ def bind_rain(
         depths = volume_texture(gl, towards[..., None])
         for program in programs:
             program.bind("volume.toLight", depths)
-
-
-def check_loops(plan: Plan, per_step: int, pieces: int = 1) -> None:
-    """Check that a ray's march fits in one pass of a driver that counts loops.
-
-    Args:
-        plan: the world's.
-        per_step: iterations of loops within a step, itself included.
-        pieces: that a ray is marched in, each with its own least steps.
-
-    Raises:
-        UnsuitedError: it does not.
-    """
-    world = plan.world
-    fixed, volume = world.fineness.steps, world.volume
-    steps = fixed * pieces if fixed else most_steps(plan.rates, volume)
-    if pieces > 1 and not fixed:
-        steps += pieces * (LEAST_RAIN_SAMPLES if world.rain is not None else _LEAST_STEPS)
-    if world.optics.lamps and fixed is None:
-        steps = max(steps, 2 * lamp_steps(plan.rates, volume))
-    if steps * per_step > MOST_LOOPS:
-        raise UnsuitedError(
-            f"{steps} steps along a ray are more than a shader's loops hold in one pass; use a"
-            " smaller render.steps, a coarser volume, or --method spectral, which takes several"
-        )
-
-
-def check_depth(plan: Plan, most: float) -> None:
-    """Check that steps through rain that attenuates are not too many optical depths long.
-
-    Args:
-        plan: the world's.
-        most: depth along the box's diagonal, of its densest rain, that the default error allows.
-
-    Raises:
-        UnsuitedError: they are.
-    """
-    depth = plan.world.rain_depth
-    if depth > most * plan.settings.share:
-        raise UnsuitedError(
-            f"droplets.extinction: rain of an optical depth up to {depth:.3g} across its box,"
-            f" of which method fast follows {most * plan.settings.share:g} under these lights; use"
-            " --method spectral, fewer drops, or a larger render.max_delta_e"
-        )
-
-
-def check_cost(plan: Plan, evaluations: int) -> None:
-    """Check, where the plan is frugal, that a light's tables do not cost far more than the frame.
-
-    Both are counts of a bow at one angle, radius and wavelength, of which a device makes about as
-    many a second in either shader.
-
-    Args:
-        plan: the world's.
-        evaluations: that the light's tables take.
-
-    Raises:
-        UnsuitedError: they do.
-    """
-    world = plan.world
-    width, height = world.view.size_px
-    steps = world.fineness.steps or most_steps(plan.rates, world.volume)
-    frame = width * height * steps * len(world.optics.wavelength_nm)
-    if plan.frugal and evaluations > max(_MOST_FRAMES * frame, _FEW_EVALUATIONS):
-        raise UnsuitedError(
-            f"colours of {len(plan.radii.fine)} radii take more than {_MOST_FRAMES} such frames by"
-            " method spectral; use --method fast for many frames of them"
-        )

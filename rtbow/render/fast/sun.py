@@ -22,18 +22,11 @@ from rtbow.physics.air import rayleigh
 from rtbow.physics.air.rayleigh import NO_AIR
 from rtbow.render.colours.table import ColourTable
 from rtbow.render.edges import PixelPass
+from rtbow.render.fast import limits
 from rtbow.render.fast.columns import SunColumns, is_near, shaded_columns, sunward_columns
 from rtbow.render.fast.light import LightPlan, most_texels
 from rtbow.render.fast.nodes import Nodes, block_for
-from rtbow.render.fast.shared import (
-    Plan,
-    bind_rain,
-    check_cost,
-    check_depth,
-    check_loops,
-    light_defines,
-    set_scene,
-)
+from rtbow.render.fast.shared import Plan, bind_rain, light_defines, set_scene
 from rtbow.render.fast.sun_colours import SunColours, plan_sunlight, sunlight_degree
 from rtbow.render.uniforms import shadow_uniforms
 from rtbow.world.lights import Sun
@@ -140,18 +133,18 @@ def plan_sun(
     world = plan.world
     sunward = _sunward(plan, sun)
     columns = _columns(plan, sunward, roaming=roaming)
-    check_depth(plan, _MOST_DEPTH)
+    limits.check_depth(plan, _MOST_DEPTH)
     if light is None:
         light = plan_sunlight(plan, sun, columns.column, most_texels, roaming=roaming)
         if not roaming:  # those serve many frames
-            check_cost(plan, light.evaluations)
+            limits.check_cost(plan, light.evaluations)
     # Across the edge of the Earth's shadow a few samples would not do.
     even = world.volume.uniform and world.rain is None and columns.cubic is not None
     block = 0 if even else _block(plan)
     rows = len(plan.radii.rows)
     groups = min(-(-rows // 4), _GROUPS) if rows > 1 and block else 0
     shaded = world.shades(sun)
-    check_loops(plan, 1 + groups, _PIECES if shaded else 1)
+    limits.check_loops(plan, 1 + groups, _PIECES if shaded else 1)
     return SunPlan(
         plan, sun, sunward, columns, light,
         sunlight_degree(light, columns.column, roaming=roaming),

@@ -505,7 +505,7 @@ def see_no_disc(monkeypatch):
 
 def coarser(**changes: Any) -> Callable[[Any], None]:
     def patch(monkeypatch: Any) -> None:
-        monkeypatch.setattr(rtbow.render.fast.shared, "_LEAST_STEPS", 1)
+        monkeypatch.setattr(rtbow.render.fast.shared, "LEAST_STEPS", 1)
         monkeypatch.setattr(rtbow.render.fast.nodes, "_WIDEST_DEG", 90.0)
         monkeypatch.setattr(rtbow.render.fast.nodes, "_WIDEST_ROWS_DEG", 90.0)
         real = rtbow.render.fast.shared.settings_for
