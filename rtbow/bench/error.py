@@ -140,7 +140,7 @@ def _key(part: Scene, rows: Indices, columns: Indices) -> str:
     """Name all that the reference at some pixels depends on."""
     files = [Path(name) for name in scene_files(part)]
     if part.scattering.theory == "mie":
-        from rtbow.tables.mie.store import COMPACT_FILE
+        from rtbow.tables.mie.axes import COMPACT_FILE
 
         files.append(COMPACT_FILE)
     return " ".join(

@@ -71,14 +71,16 @@ def _show_scene(subject: str, output: str | None) -> None:
 
 def _check_known(subject: str) -> None:
     """Refuse a name that is nearer to a scene's than to a spectrum's."""
+    if Path(subject).exists():
+        return
     import difflib
 
     from rtbow.scene.text.file import builtin_scenes
     from rtbow.world.spectra import spectrum_names
 
-    names = [*builtin_scenes(), *spectrum_names()]
-    near = difflib.get_close_matches(subject, names, n=1, cutoff=0.7)
-    if near and near[0] in builtin_scenes() and not Path(subject).exists():
+    scenes = builtin_scenes()
+    near = difflib.get_close_matches(subject, [*scenes, *spectrum_names()], n=1, cutoff=0.7)
+    if near and near[0] in scenes:
         raise InputError(f"{subject} is no scene, spectrum or file; did you mean {near[0]}?")
 
 

@@ -169,6 +169,8 @@ def table_export(
         raise InputError("--spread goes with --theory mie: Airy's table has none; add it")
     if spectrum is not None and purpose != "texture":
         raise InputError("--spectrum goes with --for texture: the others have no colour; add it")
+    if beyond is not None and spectrum is None:
+        raise InputError("--beyond goes with --spectrum and its file; add it, or leave it out")
     if purpose == "arrays" and angles is None and output.lower().endswith(".exr"):
         angles = _COLUMNS
     wanted = PlainTable(

@@ -23,12 +23,11 @@ from rtbow.base.cache import (
     kept_arrays,
     source_digest,
 )
-from rtbow.base.resources import resource_dir
 from rtbow.physics.drop.airy import SCALE_POWER, Bow, bow
 from rtbow.physics.drop.medium import Medium
 from rtbow.physics.sizes import Sizes, tabled_sizes
 from rtbow.tables.layout import ascending_inverse
-from rtbow.tables.mie.axes import pole_place
+from rtbow.tables.mie.axes import COMPACT_FILE, pole_place
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Sections, Theory
@@ -188,7 +187,7 @@ class KeptMixtures:
         return repr(
             (
                 source_digest("base.limits", "physics", "tables"), self.theory,
-                (file_digest(resource_dir("data") / "mie-compact.bin"), self.spread) if exact
+                (file_digest(COMPACT_FILE), self.spread) if exact
                 else self.orders,
                 self.wavelength_nm.tobytes(), self.medium.index(self.wavelength_nm).tobytes(),
                 *shape, disc_rad,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import io
 import os
 import re
 import shutil
@@ -266,19 +267,14 @@ def _file(stem: str, suffix: str, data: bytes) -> str:
 
 
 def _volume_file(volume: Volume) -> str:
-    parts: list[NDArray[Any]] = [
-        np.asarray(part) for part in (volume.radius_um, volume.number_per_m3, volume.box_m)
-    ]
-    digest = hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()[:16]
-    path = _folder(os.getpid()) / f"volume-{digest}.npz"
-    if not path.exists():
-        radius, number, box = parts
-        try:
-            np.savez(path, radius_um=radius, number_per_m3=number, box_m=box)
-        except OSError as error:
-            path.unlink(missing_ok=True)
-            raise UnavailableError(f"{path}: cannot be written: {error.strerror}") from None
-    return str(path)
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        radius_um=volume.radius_um,
+        number_per_m3=volume.number_per_m3,
+        box_m=volume.box_m,
+    )
+    return _file("volume", ".npz", buffer.getvalue())
 
 
 def _spectrum_file(name: str, nm: Array, value: Array) -> str:

@@ -135,6 +135,7 @@ def test_wavelengths_that_lie_close_keep_their_own_channels(call):
         (["t.npz", "--for", "mitsuba"], "must be .xml or .txt"),
         (["t.xml", "--for", "mitsuba"], "--radius-um: gives 64 numbers"),
         (["t.npz", "--spectrum", "E490"], "--spectrum goes with --for texture"),
+        (["t.exr", "--for", "texture", "--beyond", "zero"], "--beyond goes with --spectrum"),
         (["t.exr", "--for", "texture", "--spectrum", "E49"], "spectrum 'E49' is not known"),
         (["t.npz", "--spread", "5"], "--spread goes with --theory mie"),
         (["t.npz", "--theory", "mie", "--wavelength-nm", "300"], "300 is not allowed; must be 380"),

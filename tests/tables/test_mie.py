@@ -19,10 +19,10 @@ from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.sizes import Sizes
 from rtbow.tables.mie.average import coherent, mean_efficiency, mean_intensities, node_intensities
-from rtbow.tables.mie.axes import INDEX_RANGE, MieAxes
+from rtbow.tables.mie.axes import COMPACT_FILE, INDEX_RANGE, MieAxes
 from rtbow.tables.mie.build import build_mie_table
 from rtbow.tables.mie.lookup import MieSections, standard_axes
-from rtbow.tables.mie.store import COMPACT_FILE, compact_table, pack, range_candidates, unpack
+from rtbow.tables.mie.store import compact_table, pack, range_candidates, unpack
 from rtbow.tables.sections import water_sections
 
 pytestmark = pytest.mark.slow

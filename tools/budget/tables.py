@@ -15,10 +15,10 @@ from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.drop.water import relative_index
 from rtbow.tables.airy import airy_table
 from rtbow.tables.mie.average import mean_intensities
-from rtbow.tables.mie.axes import DEFAULT_SPREAD
+from rtbow.tables.mie.axes import COMPACT_FILE, DEFAULT_SPREAD
 from rtbow.tables.mie.build import kept_table
 from rtbow.tables.mie.lookup import MieSections, MieTable, resample, standard_axes
-from rtbow.tables.mie.store import COMPACT_FILE, compact_table
+from rtbow.tables.mie.store import compact_table
 from rtbow.tables.report import RADII_UM, lookup_errors
 from rtbow.world.optics import scene_optics
 

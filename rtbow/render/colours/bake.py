@@ -81,7 +81,7 @@ def outcomes(
             drops, light, theta, disc_rad, components=components, progress=progress
         )
     # Imported here, with the compiler of what is summed on the CPU.
-    from rtbow.tables.mie.store import COMPACT_FILE
+    from rtbow.tables.mie.axes import COMPACT_FILE
 
     key = repr(
         (

@@ -15,9 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, Values, floats
+from rtbow.base.resources import resource_dir
 from rtbow.physics.drop.airy import bow, unit_angle
 
 DEFAULT_SPREAD = 0.02
+COMPACT_FILE = resource_dir("data") / "mie-compact.bin"
+"""The table of this spread that comes with the package (:mod:`rtbow.tables.mie.store`)."""
 _THINNING = 4
 """Of nodes where there is nothing but smooth parts, one in so many is computed."""
 INDEX_RANGE = (1.3268, 1.3466)

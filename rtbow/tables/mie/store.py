@@ -15,13 +15,11 @@ from rtbow.base.cache import cached_arrays, file_digest, source_digest
 from rtbow.base.errors import RtbowError
 from rtbow.base.files import write_atomic
 from rtbow.base.limits import TABLE_RADII_UM
-from rtbow.base.resources import resource_dir
 from rtbow.tables.mie.average import mean_efficiency
-from rtbow.tables.mie.axes import DEFAULT_SPREAD, INDEX_RANGE, MieAxes
+from rtbow.tables.mie.axes import COMPACT_FILE, DEFAULT_SPREAD, INDEX_RANGE, MieAxes
 from rtbow.tables.mie.build import build_mie_table, kept_table
 from rtbow.tables.mie.lookup import MieTable, node_range, standard_axes
 
-COMPACT_FILE = resource_dir("data") / "mie-compact.bin"
 _PER_OCTAVE = 256.0
 """Steps of the stored logarithm per factor of two: 0.14 % at most from rounding."""
 

@@ -79,6 +79,21 @@ def test_whatever_a_scene_holds(name, method, changes):
     assert error.worst < 1.5
 
 
+@pytest.mark.parametrize("method", ["fast", "spectral"])
+def test_rays_that_are_level_with_the_rains_floor(method):
+    """A level camera of an odd height: the middle row's centres never meet the box's floor, and
+    half of each of its pixels does."""
+    changes = {**DROPS, "camera.fov_deg": 90.0, "camera.altitude_deg": 0.0,
+               "light.0.altitude_deg": 5.0}  # fmt: skip
+    size = [65, 37]
+    truth = mean_of_finer("uniform", size, changes, 36)[18]
+    row = frame("uniform", size, method, "area", changes)[18]
+    assert truth.max() > 0.0
+    # Of the row as a whole: a pixel of 1.4 degrees on the bow misses by more. With half the row
+    # taken for rain, 1.4 times as bright.
+    np.testing.assert_allclose(row.sum(axis=0), truth.sum(axis=0), rtol=0.02)
+
+
 def test_a_filters_components_are_averaged_too():
     changes = {**WIDE, "camera.polarizer_deg": 30.0}
     truth = mean_of_finer("uniform", [64, 36], changes, 12)
