@@ -6,6 +6,8 @@ import pytest
 from rtbow.base.errors import UnsuitedError
 from rtbow.base.limits import LEAST_SHARE_OF_DISTANCE
 from rtbow.render.checks import check_box
+from rtbow.render.fast.lamp import plan_lamp
+from rtbow.render.fast.shared import plan_world
 from rtbow.render.fineness import sharp_step_nm
 from rtbow.render.uniforms import LAMP_POINTS, lamp_points
 from rtbow.scene.text.file import load_scene
@@ -69,3 +71,33 @@ def test_fringes_of_small_suns_crowd_along_rays(disc, most_um, crowding):
 def test_areas_take_several_rays_under_lamps():
     assert lamp_points(world("two-lamps")) == 1
     assert lamp_points(world("two-lamps", camera__pixel="area")) == LAMP_POINTS
+
+
+@pytest.mark.parametrize(("pixel", "refused"), [("centre", False), ("area", True)])
+def test_loops_of_all_rays_of_a_pixel_count(pixel, refused):
+    """8 rays of 5,000 steps of 2 loops are more than the 65,535 that Mesa's CPU driver runs."""
+    lit = world("two-lamps", render__steps=5000, camera__pixel=pixel)
+    plan = plan_world(lit)
+    if refused:
+        with pytest.raises(UnsuitedError, match="5000 steps"):
+            plan_lamp(plan, lit.optics.lamps[0], 8192)
+    else:
+        plan_lamp(plan, lit.optics.lamps[0], 8192)
+
+
+@pytest.mark.parametrize(("depth", "refused"), [(29.0, False), (31.0, True)])
+def test_dense_rain_under_a_lamp_is_left_to_the_other_method(depth, refused):
+    box = [[-15.0, 5.0, 0.0], [15.0, 45.0, 120.0]]  # 130 m across
+    number = depth / (130.0 * np.pi * 1e-6 * 2.0)
+    lit = world(
+        "two-lamps", droplets__box_m=box, droplets__extinction=True,
+        droplets__density__number_per_m3=number, droplets__radius__radius_um=1000.0,
+        droplets__extinction_efficiency=2.0, light__0__diameter_m=0.0, light__1__diameter_m=0.0,
+    )  # fmt: skip
+    assert lit.rain_depth == pytest.approx(depth, rel=1e-6)
+    plan = plan_world(lit)
+    if refused:
+        with pytest.raises(UnsuitedError, match="optical depth"):
+            plan_lamp(plan, lit.optics.lamps[0], 8192)
+    else:
+        plan_lamp(plan, lit.optics.lamps[0], 8192)
