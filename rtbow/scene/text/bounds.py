@@ -16,9 +16,9 @@ _MOST_NESTED = 100
 _TOKEN = re.compile(
     r'''
       (?P<comment> \#[^\n]*+ )
-    | (?P<long_text> """ (?: [^\\"]++ | \\. | "(?!"") )*+ (?: "{3,5} | \Z | \\ )
-                   | \'\'\' (?: [^']++ | '(?!'') )*+ (?: '{3,5} | \Z ) )
-    | (?P<part> "(?: [^"\\\n]++ | \\[^\n] )*+ "? | '[^'\n]*+ '? | [\w+-]++ )
+    | (?P<long_text> """ (?: [^\\"]++ | \\. | "(?!"") )* (?: "{3,5} | \Z | \\ )
+                   | \'\'\' (?: [^']++ | '(?!'') )* (?: '{3,5} | \Z ) )
+    | (?P<part> "(?: [^"\\\n]++ | \\[^\n] )* "? | '[^'\n]*+ '? | [\w+-]++ )
     | (?P<dot> \. )
     | (?P<opening> [\[{] )
     | (?P<closing> [\]}] )
@@ -27,7 +27,9 @@ _TOKEN = re.compile(
     ''',
     re.VERBOSE | re.DOTALL,
 )
-"""Every text is a row of these, valid TOML or not, found in one pass."""
+"""Every text is a row of these, valid TOML or not, found in one pass. What follows a repeated group
+matches wherever the group ends, so that nothing is tried again; groups that say so, as characters
+do (``++``), end wrongly in Python up to 3.11.4 (gh-106052)."""
 
 
 _TOO_DEEP = f"lists or tables are nested too deeply; at most {_MOST_NESTED} levels are read"
