@@ -3,7 +3,10 @@
 
 PYTHON ?=
 # A process of tests for each core, four at most; a file's tests stay together.
+# Each draws and computes on one core: threads of several would wait for each other.
 PARALLEL := -n auto --maxprocesses 4 --dist loadfile
+test quick: export LP_NUM_THREADS = 1
+test quick: export OPENBLAS_NUM_THREADS = 1
 VENV_PYTHON := .venv/bin/python
 
 .PHONY: demo test quick lint format clean
