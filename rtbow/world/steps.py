@@ -127,7 +127,8 @@ def fringe_crowding(volume: DropletVolume, optics: Optics) -> float:
     scale = max(float(bow.scale.max()) for bow in optics.bows) * power
     z = _FAR_RAD * scale
     if disc > 0.0:
-        z = min(z, (_BLURRED / (scale * disc)) ** 2)
+        blurred = _BLURRED / (scale * disc)
+        z = min(z, blurred * blurred)  # may be infinite, which a power may not
     return min(max(fringe_phase(z) / _FINE_PHASE, 1.0), _MOST_CROWDED)
 
 

@@ -147,7 +147,7 @@ def test_an_exact_reference_follows_the_table_that_ships(monkeypatch, tmp_path):
         lambda world, rays: calls.append(world) or np.ones((len(rays), 3)),
     )
     table = tmp_path / "table.bin"
-    monkeypatch.setattr("rtbow.tables.mie.store.COMPACT_FILE", table)
+    monkeypatch.setattr("rtbow.tables.mie.axes.COMPACT_FILE", table)
     size = {"camera.size_px": [8, 4]}
     exact = load_scene("uniform", {**size, "scattering.theory": "mie"})
     for content in ("one", "other", "other"):

@@ -42,12 +42,14 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     values = _table(rng, ROOT, "")
     if cost != "any":
         values.get("scattering", {}).pop("theory", None)
-    _fit_lens(values.get("camera", {}))
+    camera = values.setdefault("camera", {})
+    camera.setdefault("size_px", _size(rng))  # the default is of a picture, and takes minutes
+    _fit_lens(camera)
     _fit_droplets(rng, values["droplets"])
     _fit_medium(rng, values.get("scattering", {}))
     for light in values["light"]:
         _fit_light(rng, light)
-    _fit_camera(rng, values.get("camera", {}), values["light"])
+    _fit_camera(rng, camera, values["light"])
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -231,9 +233,12 @@ _SPECIAL: dict[str, Callable[[Rng], Any]] = {
 
 
 def _make_quick(rng: Rng, values: dict[str, Any]) -> None:
-    """Leave what takes long: tables of many radii, second pictures and lights, fine steps."""
+    """Leave what takes long: tables of many radii, second pictures and lights, fine steps, and
+    pixels of a thousand rays each under a lamp, which has no disc to say that fewer do."""
     values.pop("compare", None)
     del values["light"][1:]
+    if values["light"][0]["type"] == "point":
+        values["camera"].pop("pixel", None)
     values.setdefault("render", {}).pop("steps", None)
     values["render"]["wavelength_step_nm"] = 40.0
     droplets = values["droplets"]
