@@ -17,6 +17,9 @@ LEAST_SHARE_OF_DISTANCE = 2e-5
 """A shader knows the faces of a box to 6e-8 of their distance from the eye along an axis, and a way
 through it to four times that: through a box this share of the distance thick, to 1.2 %."""
 
+LEAST_FOV_DEG = 1e-6
+"""A narrower picture is of one ray: a tenth of this turns no direction in float32."""
+
 MIN_RADIUS_UM = 1.0
 MAX_RADIUS_UM = 5000.0
 """Drop radii accepted anywhere, µm; raindrops break up well before the upper end."""

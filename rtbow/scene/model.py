@@ -24,6 +24,7 @@ from rtbow.base.limits import (
     DEFAULT_DELTA_E,
     INDICES,
     LEAST_DELTA_E,
+    LEAST_FOV_DEG,
     MOST_DELTA_E,
     SALINITIES_G_KG,
     SALT_WATER_C,
@@ -84,7 +85,7 @@ class Camera(Table):
     )
     fov_deg: float = Field(
         75.0,
-        gt=0,
+        ge=LEAST_FOV_DEG,
         lt=180,
         description="horizontal field of view, the full angle over the width of the picture",
         json_schema_extra=shown_as(

@@ -160,7 +160,7 @@ def test_none_takes_the_comparison_out():
         ),
         (
             "camera.fov_deg = 500",
-            "compare.right.camera.fov_deg = 500; must be greater than 0 and less than 180 deg",
+            "compare.right.camera.fov_deg = 500; must be 1e-06 or more and less than 180 deg",
         ),
         (
             "camera.azimuth_deg = nan",
@@ -205,7 +205,7 @@ def test_a_wrong_key_after_set_is_named_there():
         "--set compare.right.camera.fov: unknown key camera.fov; did you mean camera.fov_deg?"
     ]
     assert problems(SMALL, {"compare.right.camera.fov_deg": 360}) == [
-        "--set compare.right.camera.fov_deg = 360; must be greater than 0 and less than 180 deg"
+        "--set compare.right.camera.fov_deg = 360; must be 1e-06 or more and less than 180 deg"
     ]
     # Beside a right one of the file.
     assert problems(SMALL + RIGHT, {"compare.right": {"camera": {"size_px": [4, 4]}}}) == [

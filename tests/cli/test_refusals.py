@@ -111,7 +111,7 @@ WRONG_SETTINGS = [
     ("droplets.box_m=[[0, 0, 0], [1, 0, 1]]", "flat along north (0 to 0)"),
     ("droplets.grid=[1, 2, 2]", "droplets.grid.0 = 1", "2..1024"),
     ("droplets.seed=-1", "droplets.seed = -1", "0 or more"),
-    ("camera.fov_deg=0", "camera.fov_deg = 0", "greater than 0 and less than 180"),
+    ("camera.fov_deg=0", "camera.fov_deg = 0", "1e-06 or more and less than 180"),
     ("camera.fov_deg=-5", "camera.fov_deg = -5", "greater than 0 and less than 180"),
     ("camera.fov_deg=180", "camera.fov_deg = 180", "greater than 0 and less than 180"),
     ("camera.size_px=[16385, 1]", "16385", "1..16384"),

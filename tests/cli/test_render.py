@@ -135,7 +135,7 @@ def test_text_in_set_with_and_without_quotes(call, quoted):
         "camera.altitude_deg=-90",
         "camera.azimuth_deg=1e300",
         "camera.fov_deg=179.999999999",
-        "camera.fov_deg=1e-300",
+        "camera.fov_deg=1e-6",
         "camera.position_m=[0, 0, -100]",
         "camera.position_m=[0, 600, 500]",
         "camera.position_m=[0, 0, 9e6]",

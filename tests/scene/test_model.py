@@ -227,7 +227,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
 @pytest.mark.parametrize(
     ("table", "key", "expected"),
     [
-        ("camera", "fov_deg", "a number, greater than 0 and less than 180 deg"),
+        ("camera", "fov_deg", "a number, 1e-06 or more and less than 180 deg"),
         ("camera", "size_px", "a list of 2 whole numbers, each 1..16384 px"),
         ("camera", "azimuth_deg", "a number"),
         ("light.0", "irradiance_w_m2", "a number, greater than 0 and up to 1e12 W/m²"),

@@ -179,7 +179,7 @@ def over_pixels(table: ColourTable, chord: Array, levels: PixelLevels) -> Colour
     count = table.rows * table.components
     colours = chord_means(values[:count], chord, levels)
     mean = values[:count].mean(axis=0)
-    mean += _FAINT * mean.max()
+    mean += _FAINT * mean.max() or 1.0  # a light so faint that it is none in float32 has no colours
     falls = chord_means(values[count:] * mean, chord, levels) / chord_means(mean, chord, levels)
     lines = np.concatenate([colours, falls]).reshape(-1, *values.shape[1:])
     return replace(table, values=lines.astype(np.float32))

@@ -102,6 +102,11 @@ def test_a_filters_components_are_averaged_too():
     assert error.worst < 1.5
 
 
+def test_a_light_that_is_too_faint_for_float32_is_black():
+    changes = {**WIDE, "light.0.irradiance_w_m2": 5e-324, "atmosphere.rayleigh": True}
+    assert not frame("uniform", [8, 4], "fast", "area", changes).any()
+
+
 def test_wide_pixels_follow_a_moving_sun():
     changes = {**WIDE, "camera.size_px": [96, 54], "camera.pixel": "area"}
     with rtbow.Renderer(rtbow.load_scene("uniform", changes)) as renderer:

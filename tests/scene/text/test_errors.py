@@ -139,7 +139,7 @@ from scene_samples import BASE, FROM_FILE, problems
         (
             "size_px = [64, 36]",
             "fov_deg = 180",
-            "camera.fov_deg = 180; must be greater than 0 and less than 180 deg",
+            "camera.fov_deg = 180; must be 1e-06 or more and less than 180 deg",
         ),
         (
             "size_px = [64, 36]",

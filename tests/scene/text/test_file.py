@@ -288,5 +288,5 @@ def test_parse_set_refuses(text, message):
 
 def test_text_where_a_number_belongs_is_shown_as_text():
     assert problems(BASE, dict([parse_set("camera.fov_deg=wide")])) == [
-        '--set camera.fov_deg = "wide"; must be a number, greater than 0 and less than 180 deg'
+        '--set camera.fov_deg = "wide"; must be a number, 1e-06 or more and less than 180 deg'
     ]

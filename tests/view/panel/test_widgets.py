@@ -234,8 +234,8 @@ def test_what_the_message_repeats_is_left_out():
     assert shortened(other, "droplets.radius.min_um").startswith("droplets.radius.max_um = 5.0;")
     missing = "--set: droplets.grid is missing; give it"
     assert shortened(missing, "droplets.radius.mixing") == "droplets.grid is missing; give it"
-    right = "--set compare.right.camera.fov_deg = 0.0; must be greater than 0"
-    assert shortened(right, "camera.fov_deg") == "must be greater than 0"
+    right = "--set compare.right.camera.fov_deg = 0.0; must be 1e-06 or more"
+    assert shortened(right, "camera.fov_deg") == "must be 1e-06 or more"
 
 
 def test_a_window_can_ask_to_drop_what_was_refused_before_escape_closes_it(uniform):
