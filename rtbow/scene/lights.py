@@ -125,8 +125,8 @@ class SunLight(Table):
         None,
         ge=MOON_PHASES_DEG[0],
         le=MOON_PHASES_DEG[1],
-        description="angle at the Moon between sun and eye, with spectrum moon: 0 is full (and left"
-        " out), 90 half",
+        description="angle at the Moon between sun and eye, with spectrum moon: 0 is full, 90 "
+        "half; left out: 0",
         json_schema_extra=shown_as("deg", "A half moon gives a tenth of the light of a full one."),
     )
     moon_distance_km: float | None = Field(

@@ -75,6 +75,15 @@ def _sun(light: SunLight) -> Sun:
     )
 
 
+def irradiance_w_m2(light: SunLight) -> float:
+    """Give a sun's irradiance over 380-780 nm above the air, on a surface that faces it.
+
+    Raises:
+        InputError: a spectrum is unknown or its file unusable.
+    """
+    return _sun(light).spectrum.visible
+
+
 def _lamp(light: PointLight) -> Lamp:
     spectrum = load_spectrum(light.spectrum, light.beyond)
     # The flux leaves into 4 pi: intensity is the flux's spectrum over that.

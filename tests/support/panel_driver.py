@@ -299,6 +299,12 @@ def shown_rows(scene: Scene) -> list[Row]:
         without |= {"camera.azimuth_deg", "camera.altitude_deg"}
     if drops.around_m is not None:
         without.add("droplets.box_m")
+    if not drops.extinction:
+        without.add("droplets.extinction_efficiency")
+    if getattr(drops.radius, "mixing", "local") == "local":  # as in a file, nothing is random
+        without |= {"droplets.seed", "droplets.grid"}
+    mie = scene.scattering.theory == "mie"
+    without.add("scattering.orders" if mie else "scattering.size_spread")
     if drops.file is not None:
         without |= {"droplets.box_m", "droplets.around_m", "droplets.grid"}
         without |= {"droplets.radius", "droplets.density"}
@@ -310,6 +316,7 @@ def shown_rows(scene: Scene) -> list[Row]:
             every = drops.radius.model_dump()
             without |= {f"droplets.radius.{key}" for key, value in every.items() if value is None}
     for number, light in enumerate(scene.light):
+        without.add(f"light.{number}.beyond")  # spectra that have names are whole
         if light.type == "sun":  # by hand, and no Moon
             for key in (*TIME_AND_PLACE, *LIT):
                 without.add(f"light.{number}.{key}")

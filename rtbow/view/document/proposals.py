@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
@@ -15,6 +15,9 @@ from rtbow.scene.text.schema import toml_text
 from rtbow.scene.text.values import changed_scene
 from rtbow.view.document.edits import Edits
 from rtbow.view.document.state import Actions, ViewState
+
+if TYPE_CHECKING:
+    from rtbow.render.renderer import MethodName
 
 RIGHT = "compare.right"
 Path = tuple[str | int, ...]
@@ -30,6 +33,7 @@ class Proposals:
         scene: whose values are shown: the left side's, or the right's.
         origin: what they are compared with: the scene as it was opened; on the right, the left.
         right: whether the right side is shown.
+        method: by which the picture is drawn.
     """
 
     def __init__(self, actions: Actions) -> None:
@@ -38,6 +42,7 @@ class Proposals:
         self._seen: Scene | None = None
         self._right_scene: Scene | None = None
         self.right = False
+        self.method: MethodName = "auto"
 
     def look(self, edits: Edits, state: ViewState) -> None:
         """Begin a frame with the scene as it is now."""
@@ -45,6 +50,7 @@ class Proposals:
         if edits.scene is not self._seen:
             self._seen, self._right_scene = edits.scene, None
         self.right = state.side == "right" and edits.scene.compare is not None
+        self.method = state.method
         self.scene = self._right_part(edits.scene) if self.right else edits.scene
         self.origin = edits.scene if self.right else edits.opened.scene
 

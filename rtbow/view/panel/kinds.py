@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 import zipfile
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +17,13 @@ from rtbow.base.resources import resource_dir
 from rtbow.physics.geometry import direction
 from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.droplets import Droplets
-from rtbow.scene.lights import LIT, MOON, TIME_AND_PLACE, SunLight
-from rtbow.scene.model import Camera, Scene
+from rtbow.scene.lights import MOON, SunLight
+from rtbow.scene.model import Scene
 from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import Node
-from rtbow.view.panel.rows import Row, rounded, rows_of
+from rtbow.view.panel.rows import Row, rounded, rows_of, shown_number
 from rtbow.view.picture.projection import azimuth_altitude_deg
+from rtbow.world.lights import irradiance_w_m2
 from rtbow.world.rain.box import box_of
 from rtbow.world.rain.size_file import read_size_file
 from rtbow.world.spectra import load_spectrum
@@ -154,11 +157,30 @@ def start_of(row: Row) -> object:
     while item.items:
         shape.append(len(item.items))
         item = Node.of(item.items[0])
+    if shape and (listed := re.search(r"\[([-\d., ]+)\]", row.absent)):
+        return [float(number) for number in listed[1].split(",")]
     number = row.start
     if len(shape) == 2 and row.kind == "corners":
         half = abs(row.slide.high) / 4 if row.slide else 1.0
         return [[number - half] * shape[1], [number + half] * shape[1]]
     return [number] * shape[0] if shape else number if row.kind == "number" else row.name
+
+
+def left_out_of(row: Row, table: BaseModel) -> Row:
+    """Give a row with what holds in a table that leaves its value out, where that varies.
+
+    The Moon's irradiance goes with its phase and distance.
+    """
+    if row.name != "irradiance_w_m2" or not isinstance(table, SunLight):
+        return row
+    if table.spectrum != MOON or table.irradiance_w_m2 is not None:
+        return row
+    return replace(row, absent=shown_number(_moonlight_w_m2(table)))
+
+
+@lru_cache(maxsize=8)
+def _moonlight_w_m2(moon: SunLight) -> float:
+    return rounded(irradiance_w_m2(moon), 4)
 
 
 def fresh(node: Node, **given: object) -> Values:
@@ -296,25 +318,6 @@ def droplets_of_file() -> Values:
 def shipped_volumes() -> dict[str, Path]:
     """Give the volume files shipped with the built-in scenes, by name."""
     return {path.name: path for path in sorted(resource_dir("scenes").glob("*.npz"))}
-
-
-def unused_keys(table: BaseModel) -> frozenset[str]:
-    """Give the keys of a table that say nothing here.
-
-    A light's time is set by date and place above. Angles and corners that follow from what the
-    camera looks at and where rain is around it are not set by themselves.
-    """
-    if isinstance(table, Camera):
-        unused_ones = set(LOOKED_AT) if table.look is not None else set()
-        if table.focal_length_mm is None:
-            unused_ones.add("sensor_mm")
-        return frozenset(unused_ones)
-    if isinstance(table, Droplets) and table.around_m is not None:
-        return frozenset({"box_m"})
-    if not isinstance(table, SunLight):
-        return frozenset()
-    unused = frozenset(() if table.time is not None else TIME_AND_PLACE)
-    return unused if table.spectrum == MOON else unused | set(LIT)
 
 
 def kept_in_place(scene: Scene, key: str) -> Values:

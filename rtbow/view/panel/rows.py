@@ -32,6 +32,7 @@ _DEFAULT_MIDDLE = 1.0
 _LABELS = {"max_delta_e": "error bound, ΔE"}
 """Labels of keys whose own names read badly."""
 _MOST_DIGITS = 16
+_NUMBER = r"-?\d+(\.\d+)?(e-?\d+)?"
 
 
 @dataclass(frozen=True)
@@ -132,9 +133,15 @@ class Row:
         return replace(self.node, unit="").expects()  # which is said beside it
 
     @property
+    def absent_text(self) -> str:
+        """What holds where the value is left out, in few words; a number has its unit."""
+        text = self.absent.split(",")[0]
+        return text + shown_unit(self.unit) if re.fullmatch(_NUMBER, text) else text
+
+    @property
     def start(self) -> float:
         """A first number for a value that was left out: the one that held then, if documented."""
-        default = re.search(r"-?\d+(\.\d+)?", self.absent)
+        default = re.search(_NUMBER, self.absent)
         number = (
             float(default[0]) if default else self.slide.middle if self.slide else _DEFAULT_MIDDLE
         )
@@ -186,7 +193,8 @@ def shown_number(number: float) -> str:
 
 def shown_unit(unit: str) -> str:
     """Write a unit as it stands behind a number, with its space."""
-    return "°" if unit == "deg" else f" {unit.removeprefix('1')}" if unit else ""
+    words = unit.replace("1/", "per ")
+    return "°" if unit == "deg" else f" {words}" if unit else ""
 
 
 def label_of(name: str, unit: str) -> str:
@@ -316,8 +324,11 @@ def _names(kind: Kind, node: Node, unit: str, description: str, inner: Node) -> 
         low, high = _limits(inner)
         assert low is not None
         assert high is not None
-        named = {n: re.search(rf"\b{n} (\w+)", description) for n in range(int(low), int(high) + 1)}
-        return tuple(f"{n} {match[1]}" if match else str(n) for n, match in named.items())
+        named = {
+            item: re.search(rf"\b{item} (?:for the )?(\w+)", description)
+            for item in range(int(low), int(high) + 1)
+        }
+        return tuple(f"{item} {match[1]}" if match else str(item) for item, match in named.items())
     if kind not in ("vector", "corners"):
         return ()
     count = len(node.items if kind == "vector" else Node.of(node.items[0]).items)

@@ -20,8 +20,10 @@ from rtbow.scene.text.schema import Node, toml_text
 from rtbow.view.document.proposals import RIGHT, Proposals, plain_value, split_path, value_at
 from rtbow.view.panel import kinds, widgets
 from rtbow.view.panel.drafts import Set
+from rtbow.view.panel.kinds import left_out_of
 from rtbow.view.panel.layout import Rows
 from rtbow.view.panel.rows import Row, own_row, rows_of
+from rtbow.view.panel.unused import unused_keys
 
 _BY_PARTS = ("box_m", "radius", "density")
 """Keys that droplets need without a file."""
@@ -83,7 +85,13 @@ class Tables:
                 # For another kind of table, only the kind can be reset.
                 comparable = alike or (row.kind == "tag" and origin is not None)
                 before = getattr(origin, row.name) if comparable else value
+                row = left_out_of(row, table)
                 self.row(row, value, before, needed=row.name in needed)
+
+    def _unused(self, path: str, table: BaseModel) -> set[str]:
+        """Give the keys that are left out; none whose value was refused and still waits."""
+        waits, unused = self._rows.drafts.messages, unused_keys(table, self._proposals.method)
+        return {key for key in unused if not any(waits(f"{path}.{key}"))}
 
     def _origin(self, path: str) -> Any:
         return value_at(self._proposals.origin, split_path(path)) if path else None
@@ -162,7 +170,7 @@ class Tables:
     def _on_off(self, row: Row, value: Any) -> None:
         """Draw the box of a value that may be left out, and what holds if it is."""
         rows = self._rows
-        text = rows.fitting(row.absent.split(",")[0], "left out") if value is None else ""
+        text = rows.fitting(row.absent_text, "left out") if value is None else ""
         changed, on = imgui.checkbox(f"{text}##on {row.path}", value is not None)
         rows.note(f"{row.path}/on")
         if changed:
@@ -227,7 +235,7 @@ class Tables:
         if isinstance(table, Droplets):
             self._droplets(path, table)
         else:
-            self.table(path, table, hidden=kinds.unused_keys(table), kinds=models)
+            self.table(path, table, hidden=self._unused(path, table), kinds=models)
 
     def _droplets(self, path: str, droplets: Droplets) -> None:
         rows = self._rows
@@ -241,11 +249,11 @@ class Tables:
         needed = {*_BY_PARTS, "file"}
         if from_file:
             self.table(path, droplets, only=("file",), needed=needed)
-            self.table(path, droplets, hidden={*BY_PARTS, "file"})
+            self.table(path, droplets, hidden={*BY_PARTS, "file", *self._unused(path, droplets)})
             return
         for part in _TABLES:
             self._part(path, part, droplets)
-        hidden = {*_TABLES, "file", *kinds.unused_keys(droplets)}
+        hidden = {*_TABLES, "file", *self._unused(path, droplets)}
         self.table(path, droplets, hidden=hidden, needed=needed)
 
     def _part(self, path: str, part: str, droplets: Droplets) -> None:
@@ -309,8 +317,8 @@ class Tables:
             if len(items) > 1 and self._heading(row, number, len(items)):
                 rest = [plain_value(table) for k, table in enumerate(items) if k != number]
                 rows.drafts.answer(row.path, self._proposals.change({row.path: rest}))
-            unused = kinds.unused_keys(item)
-            self.table(f"{row.path}.{number}", item, hidden=unused, kinds=node.models)
+            path = row.inside(number)
+            self.table(path, item, hidden=self._unused(path, item), kinds=node.models)
         for place, kind in enumerate(kind_names or ("",)):
             if place:
                 imgui.same_line()

@@ -9,6 +9,7 @@ from imgui_bundle import imgui
 
 from rtbow.frames.display import EV_LIMIT
 from rtbow.render.renderer import METHODS
+from rtbow.scene.lights import MOON
 from rtbow.scene.model import Scene
 from rtbow.view.document.edits import Edits
 from rtbow.view.document.proposals import RIGHT, Proposals
@@ -197,7 +198,7 @@ class Panel:
 
     def _sun(self, scene: Scene) -> None:
         for number, light in enumerate(scene.light):
-            if light.type == "sun":
+            if light.type == "sun" and light.spectrum != MOON:
                 at_deg = light.altitude_deg, light.azimuth_deg
                 self.sun.draw(self.rows, f"light.{number}", at_deg, self._proposals.change)
                 return
