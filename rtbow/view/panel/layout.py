@@ -126,9 +126,17 @@ class Rows:
         imgui.pop_text_wrap_pos()
         imgui.pop_style_color()
 
-    def reset_button(self, row: Row) -> bool:
-        """Draw the arrow that gives a value back, at the end of the line."""
-        imgui.same_line(self.reset_x)
+    def reset_button(self, row: Row, *, first: bool = False) -> bool:
+        """Draw the arrow that gives a value back, at the end of the line.
+
+        Args:
+            row: of the value.
+            first: whether the arrow is drawn before the rest of its line.
+        """
+        if first:
+            imgui.set_cursor_pos_x(self.reset_x)
+        else:
+            imgui.same_line(self.reset_x)
         size = self.row_height
         corner = imgui.get_cursor_screen_pos()
         pressed = imgui.invisible_button(f"##reset {row.path}", (size, size))
@@ -146,6 +154,8 @@ class Rows:
             (tip_x + 1.1 * wing, tip_y + 0.4 * wing),
             code,
         )
+        if first:
+            imgui.same_line(self.left)
         return pressed
 
     def note(self, path: str) -> None:

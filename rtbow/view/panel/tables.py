@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -41,6 +41,8 @@ _SOURCE = own_row(
 _WORDS = {"point": "lamp"}
 """Names of kinds on buttons, where they differ."""
 _CORNERS = ("from", "to")
+_TALL = ("vector", "corners", "boxes")
+"""Kinds of value that take several lines."""
 
 
 class Tables:
@@ -118,6 +120,10 @@ class Tables:
         shared = self._proposals.right and row.path in _SHARED
         if shared:
             imgui.begin_disabled()
+        resets = differs and not shared
+        # Beside the label of a value that takes several lines, not beside its last part.
+        first = resets and row.kind in _TALL
+        pressed = first and rows.reset_button(row, first=True)
         rows.label(row.label)
         if row.optional and not needed:
             self._on_off(row, value)
@@ -125,10 +131,10 @@ class Tables:
                 imgui.same_line(0.0, rows.gap)
         if value is not None or not row.optional:
             self._value(row, value)
-        if differs and not shared and rows.reset_button(row):
+        if resets and not first:
+            pressed = rows.reset_button(row)
+        if pressed:
             self.reset(row)
-        if value is not None and row.kind in ("vector", "corners"):
-            self._lines(row, value)
         if shared:
             imgui.end_disabled()
         rows.end_row()
@@ -194,24 +200,29 @@ class Tables:
             widgets.text(rows, row.path, value, width, self._set(row))
         elif row.kind == "boxes":
             widgets.boxes(rows, row, value, self._set(row))
-        elif row.kind in ("vector", "corners"):
-            imgui.text_disabled(f"in {row.unit}" if row.unit else "")
+        elif row.kind == "vector":
+            self._vector(row.path, value, row)
+        elif row.kind == "corners":
+            self._corners(row, value)
         elif row.kind == "overrides":
             imgui.text_disabled(f"{len(value)} of them" if len(value) > 1 else "")
         else:
             widgets.toml(rows, row.path, value, width, self._set(row))
 
-    def _lines(self, row: Row, value: Any) -> None:
-        """Draw what stands below the label."""
-        if row.kind == "vector":
-            self._vector(row.path, value, row)
-            return
-        for index, corner in enumerate(value):
-            self._vector(row.inside(index), corner, row, _CORNERS[index])
+    def _corners(self, row: Row, corners: Sequence[Any]) -> None:
+        """Draw the corners of a box, each with a word before it."""
+        rows, x = self._rows, imgui.get_cursor_pos_x()
+        for index, corner in enumerate(corners):
+            word = _CORNERS[index]
+            imgui.set_cursor_pos_x(rows.value_x - rows.gap - imgui.calc_text_size(word).x)
+            imgui.align_text_to_frame_padding()
+            imgui.text_disabled(word)
+            imgui.same_line(x)
+            self._vector(row.inside(index), corner, row)
 
-    def _vector(self, path: str, value: Any, row: Row, lead: str = "") -> None:
+    def _vector(self, path: str, value: Any, row: Row) -> None:
         widgets.vector(
-            self._rows, path, value, row, lambda index: self._set_item(f"{path}.{index}"), lead
+            self._rows, path, value, row, lambda index: self._set_item(f"{path}.{index}")
         )
 
     # --- tables in tables ---------------------------------------------------------------------

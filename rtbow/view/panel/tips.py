@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from imgui_bundle import imgui
@@ -16,6 +16,16 @@ _WIDTH = 22.0
 _MENU = "what to do with a value"
 _TYPED = ("number", "vector", "corners")
 """Kinds of value that are typed after a double-click."""
+
+
+def _write(lines: Sequence[tuple[str, imgui.ImVec4]]) -> None:
+    """Write lines of help, each in its colour and over as many lines as it needs."""
+    imgui.push_text_wrap_pos(_WIDTH * imgui.get_font_size())
+    for text, colour in lines:
+        imgui.push_style_color(imgui.Col_.text, colour)
+        imgui.text(text)
+        imgui.pop_style_color()
+    imgui.pop_text_wrap_pos()
 
 
 class Values(Protocol):
@@ -88,16 +98,17 @@ class Tips:
     def _show(self, row: Row, differs: bool) -> None:
         help_lines = self.help_of(row, differs)
         self.shown = [text for text, _ in help_lines]
-        if not help_lines:
-            return
-        imgui.begin_tooltip()
-        imgui.push_text_wrap_pos(_WIDTH * imgui.get_font_size())
-        for text, colour in help_lines:
-            imgui.push_style_color(imgui.Col_.text, colour)
-            imgui.text(text)
-            imgui.pop_style_color()
-        imgui.pop_text_wrap_pos()
-        imgui.end_tooltip()
+        if help_lines:
+            imgui.begin_tooltip()
+            _write(help_lines)
+            imgui.end_tooltip()
+
+    def explain(self, text: str) -> None:
+        """Show a text while the mouse rests on the last item, which is no row."""
+        if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+            imgui.begin_tooltip()
+            _write([(text, look.TEXT)])
+            imgui.end_tooltip()
 
     def help_of(self, row: Row, differs: bool) -> list[tuple[str, imgui.ImVec4]]:
         """Give the lines of a row's help, with their colours."""

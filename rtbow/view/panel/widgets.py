@@ -20,6 +20,13 @@ from rtbow.view.window import look
 
 _TURN = 0.005
 """Share by which a pixel of dragging changes a number that has no range."""
+_HANDLE_SHARE = 0.18
+"""Height of a slider's handle, of its field's."""
+_RAISED = 0.05
+"""By how much a number stands above the middle of its field, of the field's height."""
+_GRAB_MARGIN = 2.0
+"""Pixels that ImGui leaves between a slider's handle and the ends of its field, at any density."""
+_NO_COLOUR = imgui.ImVec4(0.0, 0.0, 0.0, 0.0)
 
 
 def read_number(text: str) -> object:
@@ -53,6 +60,7 @@ def number(
     *,
     show: Callable[[float], str] = shown_number,
     unit: str = "",
+    lead: str = "",
     write: Callable[[float], str] = repr,
     read: Callable[[str], object] = read_number,
     put_back: Callable[[float], None] | None = None,
@@ -68,6 +76,7 @@ def number(
         slide: what the slider runs over; None for a number without ends, which is dragged.
         show: writes it on the slider.
         unit: behind it.
+        lead: a word before it.
         write: writes it as it is typed.
         read: reads what was typed.
         put_back: restores the value from before a click; by default the scene's last change is
@@ -91,19 +100,64 @@ def number(
         imgui.push_style_color(imgui.Col_.frame_bg, look.ERROR_FRAME)
         imgui.push_style_color(imgui.Col_.frame_bg_active, look.ERROR_FRAME)
     imgui.set_next_item_width(width)
-    text = (show(value) + shown_unit(unit)).replace("%", "%%")  # it is a format
-    flags = imgui.SliderFlags_.no_input
-    if slide is None:
-        changed, moved = imgui.drag_float(f"##{path}", 0.0, 1.0, 0.0, 0.0, text, flags)
-        new: float = float(f"{value + moved * max(abs(value), 1.0) * _TURN:.4g}")
-    else:
-        changed, share = imgui.slider_float(f"##{path}", slide.share(value), 0.0, 1.0, text, flags)
-        new = slide.value(share) if changed else value
+    new = _turned(path, value) if slide is None else _slid(path, value, slide)
     rows.note(path)
+    _write_on_field(lead, show(value) + shown_unit(unit))
     if wrong:
         imgui.pop_style_color(2)
-    if changed and new != value:
+    if new != value:
         rows.drafts.drag(path, value, new, set_value)
+
+
+def _turned(path: str, value: float) -> float:
+    """Draw a field for a number without ends; give the number that it was dragged to."""
+    flags = imgui.SliderFlags_.no_input
+    changed, moved = imgui.drag_float(f"##{path}", 0.0, 1.0, 0.0, 0.0, " ", flags)
+    return float(f"{value + moved * max(abs(value), 1.0) * _TURN:.4g}") if changed else value
+
+
+def _slid(path: str, value: float, slide: Slide) -> float:
+    """Draw a slider, with a handle of its own; give the number that it was dragged to."""
+    for colour in (imgui.Col_.slider_grab, imgui.Col_.slider_grab_active):
+        imgui.push_style_color(colour, _NO_COLOUR)
+    share, flags = slide.share(value), imgui.SliderFlags_.no_input
+    changed, share = imgui.slider_float(f"##{path}", share, 0.0, 1.0, " ", flags)
+    imgui.pop_style_color(2)
+    _draw_handle(share)
+    return slide.value(share) if changed else value
+
+
+def _draw_handle(share: float) -> None:
+    """Draw the last slider's handle along the field's lower edge, below its number.
+
+    So it covers no number, however narrow the field, and the number stands still.
+    """
+    low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+    style, draw = imgui.get_style(), imgui.get_window_draw_list()
+    wide, thick = style.grab_min_size, _HANDLE_SHARE * (high.y - low.y)
+    # Where ImGui takes the handle to be: the whole of it, and a margin, is inside the field.
+    edge = _GRAB_MARGIN + 0.5 * wide
+    x = low.x + edge + share * (high.x - low.x - 2.0 * edge)
+    rail = high.y - 0.5 * thick
+    groove = imgui.get_color_u32(imgui.Col_.border)
+    draw.add_line((low.x + edge, rail), (high.x - edge, rail), groove)
+    held = imgui.is_item_active()
+    colour = imgui.Col_.slider_grab_active if held else imgui.Col_.slider_grab
+    corners = (x - 0.5 * wide, high.y - thick), (x + 0.5 * wide, high.y)
+    draw.add_rect_filled(*corners, imgui.get_color_u32(colour), style.grab_rounding)
+
+
+def _write_on_field(lead: str, text: str) -> None:
+    """Write a dim word and a number on the last field, from its left edge."""
+    low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+    draw, padding = imgui.get_window_draw_list(), imgui.get_style().frame_padding
+    x, y = low.x + padding.x, round(low.y + padding.y - _RAISED * (high.y - low.y))
+    draw.push_clip_rect(low, high, True)
+    if lead:
+        draw.add_text((x, y), imgui.get_color_u32(imgui.Col_.text_disabled), lead)
+        x += imgui.calc_text_size(f"{lead} ").x
+    draw.add_text((x, y), imgui.get_color_u32(imgui.Col_.text), text)
+    draw.pop_clip_rect()
 
 
 def vector(
@@ -112,9 +166,8 @@ def vector(
     values: Sequence[float],
     row: Row,
     set_item: Callable[[int], Set],
-    lead: str = "",
 ) -> None:
-    """Draw a slider for each component, side by side over the panel's width.
+    """Draw a slider for each component, one below the other from where the cursor is.
 
     Args:
         rows: of the frame.
@@ -122,24 +175,15 @@ def vector(
         values: its components.
         row: their names, unit and range.
         set_item: gives what takes a component by its number.
-        lead: a short word in front of them.
     """
-    count = len(values)
-    left = rows.left
-    if lead:
-        left += 2.0 * rows.row_height
-        imgui.align_text_to_frame_padding()
-        imgui.text_disabled(lead)
-        imgui.same_line(left)
-    width = (rows.reset_x - rows.gap - left - (count - 1) * rows.gap) / count
+    x = imgui.get_cursor_pos_x()
+    width = rows.reset_x - rows.gap - x
     for index, (name, value) in enumerate(zip(row.names, values, strict=False)):
-        if index:
-            imgui.same_line(0.0, rows.gap)
-
-        def show(number: float, name: str = name) -> str:
-            return f"{name} {shown_number(number)}"
-
-        number(rows, f"{path}.{index}", value, width, set_item(index), row.slide, show=show)
+        imgui.set_cursor_pos_x(x)
+        number(
+            rows, f"{path}.{index}", value, width, set_item(index), row.slide, unit=row.unit,
+            lead=name,
+        )  # fmt: skip
 
 
 def flag(rows: Rows, path: str, value: bool, set_value: Set, text: str = "") -> None:

@@ -24,7 +24,7 @@ ERROR = _rgb(0xFF8A80)
 ERROR_FRAME = _rgb(0x5A2226)
 RIGHT = _rgb(0xF0A35E)
 """Colour of the right side of a split picture."""
-RIGHT_GRAB = _rgb(0x9B6A3F)
+RIGHT_GRAB = _rgb(0xC9824A)
 RIGHT_HEADER = _rgb(0x5A3D22)
 
 BACKGROUND = (0x14 / 255, 0x17 / 255, 0x1C / 255, 1.0)
@@ -46,7 +46,7 @@ _COLOURS = {
     imgui.Col_.scrollbar_bg: _rgb(_WINDOW),
     imgui.Col_.scrollbar_grab: _rgb(0x353D4A),
     imgui.Col_.check_mark: ACCENT,
-    imgui.Col_.slider_grab: _rgb(0x3F6C9B),
+    imgui.Col_.slider_grab: _rgb(0x5490CC),
     imgui.Col_.slider_grab_active: ACCENT,
     imgui.Col_.button: _rgb(0x303947),
     imgui.Col_.button_hovered: _rgb(0x3D4A5E),
@@ -94,6 +94,6 @@ def _space(style: imgui.Style, by: float) -> None:
     style.indent_spacing = 21.0 * by
     style.cell_padding = imgui.ImVec2(4.0 * by, 2.0 * by)
     style.scrollbar_size = 10.0 * by
-    style.grab_min_size = 5.0 * by
+    style.grab_min_size = 11.0 * by
     style.frame_rounding = style.popup_rounding = 3.0 * by
     style.grab_rounding = 2.0 * by

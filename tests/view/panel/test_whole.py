@@ -11,11 +11,12 @@ from pydantic import BaseModel, Field
 
 from panel_driver import KEY, SECTIONS, WIDTH, is_red, shown_rows, staged
 from rtbow.scene.model import Camera, Scene
-from rtbow.scene.text.file import builtin_scenes, scene_from_text, scene_title
+from rtbow.scene.text.file import builtin_scenes, load_scene, scene_from_text, scene_title
 from rtbow.scene.text.values import changed_scene, scene_text
 from rtbow.view.document.messages import FrameDrawn
 from rtbow.view.document.state import OVERLAYS, Notice, ViewState
-from rtbow.view.panel.rows import Slide, label_of, shown_number
+from rtbow.view.panel.kinds import left_out_of
+from rtbow.view.panel.rows import Slide, label_of, shown_number, shown_unit
 from rtbow.view.panel.sections.gallery import thumbnail_path
 from rtbow.view.panel.sections.status import error_text
 
@@ -315,6 +316,11 @@ def test_the_bound_of_the_error_is_that_of_the_frame_and_of_full_size(uniform):
     uniform.frames(2)
     assert uniform.seen["status/error"][2] < WIDTH
     assert uniform.seen["section/Scenes"][1] == top  # it does not jump while things move
+    state.scale = 1.0
+    uniform.hover("status/error")
+    before = uniform.paint().astype(int)
+    uniform.frames(60)
+    assert np.abs(uniform.paint() - before).mean() > 0.1  # a tip says what that means
     state.frame = frame(scene, method="spectral")
     assert error_text(state) == ("", True)
 
@@ -416,24 +422,74 @@ def test_on_a_dense_display_all_is_larger_alike(egl, name, scale):
         assert found[3] - found[1] == pytest.approx(high, abs=0.03 * high + 2.0), path
 
 
+LONG = {
+    "camera.position_m": [-1234.56, -1000.25, -0.0123456],
+    "camera.lens_shift": [-0.123456, 0.123456],
+    "droplets.box_m": [[-1234.56, -987.654, 0.123456], [1234.56, 1987.65, 1100.25]],
+    "droplets.density.number_per_m3": 123456.0,
+}
+"""Numbers of many digits."""
+AROUND = {"droplets.around_m": [1234.56, 987.654], "droplets.box_m": None}
+
+
 @pytest.mark.parametrize("scale", [1.0, 2.0])
-def test_letters_stay_inside_their_fields(egl, scale):
+@pytest.mark.parametrize(
+    ("name", "changes"), [("shower", None), ("uniform", LONG), ("uniform", LONG | AROUND)]
+)
+def test_letters_stay_inside_their_fields(egl, name, changes, scale):
     """Of a number's own letters, some pixels of its field are left all around."""
     size = {"height": round(4000 * scale), "width": round(WIDTH * scale), "scale": scale}
-    with staged(egl, "shower", **size) as stage:
+    with staged(egl, name, changes=changes, **size) as stage:
         stage.open_all()
         stage.mouse(-100.0, -100.0)
         stage.frames(3)
         image = stage.paint()
-        for row in shown_rows(stage.edits.scene):
-            if row.kind != "number" or row.path not in stage.seen:
-                continue
-            left, top, right, bottom = (round(x) for x in stage.seen[row.path])
+        shown = shown_rows(stage.edits.scene)
+        numbers = [row.path for row in shown if row.kind == "number" and row.path in stage.seen]
+        for row in shown:
+            if row.kind in ("vector", "corners"):
+                inside = [path for path in stage.seen if path.startswith(f"{row.path}.")]
+                numbers += inside
+        for path in numbers:
+            left, top, right, bottom = (round(x) for x in stage.seen[path])
             bright = image[top:bottom, left:right].min(axis=2) > 150
-            assert bright.any(), row.path
+            assert bright.any(), path
             rows, columns = np.nonzero(bright)
-            assert min(rows.min(), bottom - top - 1 - rows.max()) >= 2 * scale, row.path
-            assert min(columns.min(), right - left - 1 - columns.max()) >= 2 * scale, row.path
+            assert min(rows.min(), bottom - top - 1 - rows.max()) >= 2 * scale, path
+            assert min(columns.min(), right - left - 1 - columns.max()) >= 2 * scale, path
+
+
+SLIDERS = {
+    "camera.altitude_deg": (-90.0, 90.0),
+    "camera.position_m.1": (-2000.0, 2000.0),
+    "scattering.salinity_g_kg": (0.0, 40.0),  # g reaches below the line
+}
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.25, 2.0])
+def test_a_handle_covers_no_part_of_its_number(egl, scale):
+    size = {"height": round(2000 * scale), "width": round(WIDTH * scale), "scale": scale}
+    with staged(egl, "uniform", **size) as stage:
+        stage.click("section/Theory")
+        stage.click("section/Camera")
+        stage.mouse(-100.0, -100.0)
+        places: dict[str, list[float]] = {path: [] for path in SLIDERS}
+        starts: dict[str, list[float]] = {path: [] for path in SLIDERS}
+        for share in (0.0, 0.5, 1.0):
+            stage.edits.change({p: (1 - share) * a + share * b for p, (a, b) in SLIDERS.items()})
+            stage.frames(2)
+            image = stage.paint().astype(float)
+            for path in SLIDERS:
+                left, top, right, bottom = (round(x) for x in stage.seen[path])
+                field = image[top:bottom, left:right]
+                handle = field[..., 2] - field[..., 0] > 60.0
+                letters = (field.min(axis=2) > 90.0) & ~handle  # which are grey
+                assert np.nonzero(letters)[0].max() < np.nonzero(handle)[0].min(), (path, share)
+                places[path].append(np.nonzero(handle)[1].mean() / (right - left))
+                starts[path].append(np.nonzero(letters)[1].min() / scale)
+        for path in SLIDERS:
+            assert places[path] == pytest.approx([0.05, 0.5, 0.95], abs=0.02)
+            assert np.ptp(starts[path]) <= 3.0  # the number stands still
 
 
 @pytest.mark.parametrize("width", [240, WIDTH])
@@ -484,6 +540,27 @@ def test_a_slider_goes_from_end_to_end_and_back(slide):
         assert slide.share(slide.value(x)) == pytest.approx(x, abs=0.06 if slide.whole else 0.005)
     assert slide.share(slide.high * 10.0) == 1.0
     assert slide.share(slide.low - 1.0) == 0.0
+
+
+def test_what_holds_where_a_number_is_left_out_has_its_unit(uniform):
+    rows = {row.path: row for row in shown_rows(uniform.edits.scene)}
+    assert rows["light.0.irradiance_w_m2"].absent_text == "654.95 W/m²"
+    assert rows["camera.polarizer_deg"].absent_text == "no filter"
+    moon = load_scene("uniform", {"light.0.spectrum": "moon"}).light[0]
+    row = left_out_of(rows["light.0.irradiance_w_m2"], moon)
+    assert 0.0015 < row.start < 0.0025  # a 400,000th of the sun's, as published
+    assert row.absent_text == f"{row.start:.4g} W/m²"
+
+
+def test_units_are_those_that_the_model_names():
+    units = {"deg": "20°", "1/m³": "20 per m³", "%": "20 %", "µm": "20 µm", "": "20"}
+    for unit, text in units.items():
+        assert f"20{shown_unit(unit)}" == text
+
+
+def test_orders_are_named(uniform):
+    row = next(r for r in shown_rows(uniform.edits.scene) if r.path == "scattering.orders")
+    assert row.names == ("1 primary", "2 secondary")
 
 
 def test_numbers_are_shown_short():

@@ -14,7 +14,11 @@ from rtbow.world.camera import view_of
 
 _WINDOW_S = 1.0
 """Time over which frames are counted."""
-_ERROR = "99 of 100 pixels differ from the exact picture by less than this (CIEDE2000)"
+_ERROR = (
+    "At 99 of 100 pixels or more the colour differs from the exact picture's by {:.3g} at most, as"
+    " CIEDE2000 counts differences: below 1 they are hardly seen. The error bound under Picture"
+    " sets it."
+)
 _PATIENCE_S = 0.25
 """Time that a picture may take before the panel shows that it is being rendered."""
 
@@ -80,7 +84,7 @@ class Status:
             imgui.text(error)
             imgui.pop_style_color()
             rows.note("status/error")
-            imgui.set_item_tooltip(_ERROR)
+            rows.tips.explain(_ERROR.format(state.frame.scene.render.max_delta_e))
             imgui.same_line(0.0, 0.0)
         imgui.text_disabled(rows.cut(f"{' · ' if error else ''}{state.frame.renderer}"))
 
