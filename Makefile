@@ -5,11 +5,11 @@ PYTHON ?=
 # A process of tests for each core, four at most; a file's tests stay together.
 # Each draws and computes on one core: threads of several would wait for each other.
 PARALLEL := -n auto --maxprocesses 4 --dist loadfile
-test quick: export LP_NUM_THREADS = 1
-test quick: export OPENBLAS_NUM_THREADS = 1
+test thorough quick: export LP_NUM_THREADS = 1
+test thorough quick: export OPENBLAS_NUM_THREADS = 1
 VENV_PYTHON := .venv/bin/python
 
-.PHONY: demo test quick lint format clean
+.PHONY: demo test thorough quick lint format clean
 
 demo:
 	@PYTHON="$(PYTHON)" tools/setup.sh demo
@@ -19,11 +19,15 @@ demo:
 	@echo "Its radiance: $(CURDIR)/out/default.exr"
 
 test: lint
+	$(VENV_PYTHON) -m pytest -m "not thorough" $(PARALLEL)
+
+# All tests, those of tests/thorough.txt, too.
+thorough: lint
 	$(VENV_PYTHON) -m pytest $(PARALLEL)
 
 # The inner loop: all but the tests that take seconds.
 quick: lint
-	$(VENV_PYTHON) -m pytest -m "not slow" $(PARALLEL)
+	$(VENV_PYTHON) -m pytest -m "not slow and not thorough" $(PARALLEL)
 
 lint:
 	@PYTHON="$(PYTHON)" tools/setup.sh test

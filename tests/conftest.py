@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,12 +16,26 @@ from numpy.typing import ArrayLike
 import rtbow.cli.main
 import rtbow.render.renderer
 from command_line import Result
+from rtbow.base.cache import FOLDER_VARIABLE, code_dir
 from rtbow.gl.context import Backend, GlContext, open_context
 
 if TYPE_CHECKING:
     from panel_driver import Stage
 
 GL_BACKENDS: tuple[Backend, ...] = ("osmesa", "egl")
+
+THOROUGH = Path(__file__).with_name("thorough.txt")
+"""Tests that ``make test`` leaves to ``make thorough``."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of that list."""
+    lines = {line for line in THOROUGH.read_text("utf-8").splitlines() if line[:1] not in ("", "#")}
+    for item in items:
+        name = item.nodeid.removeprefix("tests/")
+        if name in lines or name.partition("[")[0] in lines:
+            item.add_marker(pytest.mark.thorough)
+
 
 _call_failed = pytest.StashKey[bool]()
 
@@ -85,6 +100,17 @@ def screen() -> Iterator[str]:
 def rng() -> np.random.Generator:
     """A generator that gives every test the same numbers in every run."""
     return np.random.default_rng(20240607)
+
+
+@pytest.fixture
+def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache folder of the test's own that holds compiled code alone, which processes that the
+    test starts would be half a minute at otherwise."""
+    folder, compiled = tmp_path / "cache", code_dir()
+    if compiled.is_dir():
+        shutil.copytree(compiled, folder / compiled.name)
+    monkeypatch.setenv(FOLDER_VARIABLE, str(folder))
+    return folder
 
 
 @pytest.fixture

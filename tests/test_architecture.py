@@ -35,6 +35,8 @@ NEVER = {
 
 MOST_FILES = 10
 
+THOROUGH = ROOT / "tests" / "thorough.txt"
+
 
 def modules():
     return sorted(path for path in PACKAGE.rglob("*.py") if path.name != "__main__.py")
@@ -164,3 +166,15 @@ def test_shaders_have_uniforms_in_mains_alone():
         if name not in mains and re.search(r"^\s*uniform\s", path.read_text("utf-8"), re.MULTILINE):
             wrong.append(name)
     assert not wrong
+
+
+def listed_as_thorough():
+    lines = THOROUGH.read_text("utf-8").splitlines()
+    return [line for line in lines if line and line[0] != "#"]
+
+
+@pytest.mark.parametrize("line", listed_as_thorough())
+def test_what_is_left_to_thorough_runs_is_a_test(line):
+    file, _, name = line.partition("::")
+    source = ROOT.joinpath("tests", file).read_text("utf-8")
+    assert f"def {name.partition('[')[0]}(" in source

@@ -58,8 +58,13 @@ def test_depth_of_the_rain_across_its_box():
 
 @pytest.mark.parametrize(
     ("disc", "most_um", "crowding"),
-    [(0.533, 787.0, 1.0), (0.533, 100.0, 1.0), (0.026, 787.0, 2.2), (1e-300, 2000.0, 5.0),
-     (0.0, 2000.0, 5.0)],
+    [
+        (0.533, 787.0, 1.0),
+        (0.533, 100.0, 1.0),
+        (0.026, 787.0, 2.2),
+        (1e-300, 2000.0, 5.0),
+        (0.0, 2000.0, 5.0),
+    ],
 )
 def test_fringes_of_small_suns_crowd_along_rays(disc, most_um, crowding):
     radius = {"distribution": "uniform", "min_um": 0.5 * most_um, "max_um": most_um}

@@ -13,6 +13,7 @@ pytestmark = pytest.mark.slow
 
 # Narrower than the scenes' own views, so that few pixels show the bow's fringes.
 SIZE = [240, 135]
+SMALL = [160, 90]
 CLOSE = {"camera.fov_deg": 50.0, "camera.altitude_deg": 22.0}
 # Radii drawn at each grid point cost many steps; their blurred bows do with fewer wavelengths.
 COARSE = {**CLOSE, "camera.size_px": SIZE, "render.wavelength_step_nm": 20.0}
@@ -20,10 +21,12 @@ LAMP = {"camera.size_px": [360, 202], "render.wavelength_step_nm": 20.0, "render
 
 
 def overrides(name):
-    if name[:5] in ("fig5d", "fig5e", "fig5f") or name[:4] == "fig7":
+    if name[:5] in ("fig5d", "fig5e", "fig5f"):
         return COARSE
+    if name.startswith("fig7"):
+        return {**COARSE, "camera.size_px": SMALL}
     if name.startswith("fig8"):
-        return {"camera.size_px": [160, 90], "render.wavelength_step_nm": 20.0}
+        return {"camera.size_px": SMALL, "render.wavelength_step_nm": 20.0}
     if name.startswith("fig5"):
         return {"camera.size_px": SIZE, **CLOSE}
     return {"camera.size_px": SIZE, **(LAMP if name.startswith("fig9") else {})}

@@ -243,12 +243,6 @@ def test_wavelengths_and_temperatures_beyond_the_table_are_refused(monkeypatch):
 # --- Building
 
 
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("RTBOW_CACHE_DIR", str(tmp_path / "cache"))
-    return tmp_path / "cache"
-
-
 @pytest.fixture(scope="module")
 def expected():
     """The small table, computed in this very process."""
@@ -263,7 +257,7 @@ def same(table, expected):
     assert table.first == expected.first
 
 
-def test_processes_build_the_same_table_and_keep_it(cache, expected):
+def test_processes_build_the_same_table_and_keep_it(empty_cache, expected):
     seen = []
 
     def progress(items):
@@ -274,14 +268,14 @@ def test_processes_build_the_same_table_and_keep_it(cache, expected):
     same(build_mie_table(SMALL, SMALL_RADII, progress, workers=2), expected)
     assert seen == list(range(len(seen)))
     assert seen
-    kept = sorted(path.name for path in cache.glob("*.npz"))
+    kept = sorted(path.name for path in empty_cache.glob("*.npz"))
     assert len(kept) == 1
     assert kept[0].startswith("mie-")
     # From the cache now: no part is computed.
     same(build_mie_table(SMALL, SMALL_RADII, workers=1), expected)
 
 
-def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
+def test_a_stopped_build_goes_on_where_it_was(empty_cache, expected, monkeypatch):
     every = mie_build.parts(SMALL, mie_build.node_range(SMALL, SMALL_RADII))
 
     def stopped(_work, todo, _workers):
@@ -292,7 +286,7 @@ def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
     monkeypatch.setattr(mie_build, "in_processes", stopped)
     with pytest.raises(KeyboardInterrupt):
         build_mie_table(SMALL, SMALL_RADII)
-    assert len(list(cache.glob("mie-part-*.npz"))) == len(every) // 2
+    assert len(list(empty_cache.glob("mie-part-*.npz"))) == len(every) // 2
     computed = []
 
     def rest(_work, todo, _workers):
@@ -303,7 +297,7 @@ def test_a_stopped_build_goes_on_where_it_was(cache, expected, monkeypatch):
     monkeypatch.setattr(mie_build, "in_processes", rest)
     same(build_mie_table(SMALL, SMALL_RADII), expected)
     assert len(computed) == len(every) - len(every) // 2
-    assert not list(cache.glob("mie-part-*.npz"))
+    assert not list(empty_cache.glob("mie-part-*.npz"))
 
 
 def children(parent=None):
@@ -322,7 +316,7 @@ def children(parent=None):
     return found
 
 
-def test_a_killed_process_costs_its_part_only(cache, expected):
+def test_a_killed_process_costs_its_part_only(empty_cache, expected):
     def kill_one():
         for _ in range(400):
             if len(children()) >= 2:
@@ -336,7 +330,7 @@ def test_a_killed_process_costs_its_part_only(cache, expected):
     killer.join()
 
 
-def test_processes_end_with_a_killed_parent(cache):
+def test_processes_end_with_a_killed_parent(empty_cache):
     code = (
         "from rtbow.tables.mie.build import build_mie_table\n"
         "from rtbow.tables.mie.axes import MieAxes\n"
@@ -344,7 +338,7 @@ def test_processes_end_with_a_killed_parent(cache):
         "    axes = MieAxes(0.02, 1.0, 5, (1.33, 1.34), 30.0, 30.0, 30.0, 1.0)\n"
         "    build_mie_table(axes, (200.0, 1500.0))\n"
     )
-    script = cache.parent / "build.py"
+    script = empty_cache.parent / "build.py"
     script.write_text(code, "utf-8")
     parent = subprocess.Popen([sys.executable, str(script)])
     for _ in range(600):
@@ -363,7 +357,7 @@ def test_processes_end_with_a_killed_parent(cache):
     pytest.fail("processes are left")
 
 
-def test_processes_that_keep_dying_are_told(cache, monkeypatch):
+def test_processes_that_keep_dying_are_told(empty_cache, monkeypatch):
     class Pool:
         def __init__(self, *_args, **_keys):
             raise jobs.BrokenProcessPool
@@ -373,7 +367,7 @@ def test_processes_that_keep_dying_are_told(cache, monkeypatch):
         build_mie_table(SMALL, SMALL_RADII)
 
 
-def test_a_cluster_that_loses_a_worker_builds_the_same_table(cache, expected):
+def test_a_cluster_that_loses_a_worker_builds_the_same_table(empty_cache, expected):
     from distributed import LocalCluster
 
     with LocalCluster(
@@ -399,7 +393,7 @@ def test_no_scheduler():
         list(on_cluster(mie_build._checked_part, [], "tcp://127.0.0.1:1", ""))
 
 
-def test_scenes_find_the_tables_that_were_built(cache, monkeypatch):
+def test_scenes_find_the_tables_that_were_built(empty_cache, monkeypatch):
     import rtbow.tables.mie.store as mie_store
 
     monkeypatch.setattr(mie_store, "standard_axes", lambda *_: SMALL)

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rtbow.base.cache import FOLDER_VARIABLE, keep_arrays, kept_arrays
+from rtbow.base.cache import keep_arrays, kept_arrays
 from rtbow.scene.text.file import load_scene
 from rtbow.tables.mie.build import kept_table, parts
 from rtbow.tables.mie.lookup import node_range, standard_axes
@@ -87,9 +87,8 @@ def test_a_frame_somebody_looks_at_outlives_its_memory(worker):
     np.testing.assert_array_equal(frame.rgb, seen)
 
 
-def test_tables_that_processes_build_are_built_here(monkeypatch, tmp_path):
+def test_tables_that_processes_build_are_built_here(empty_cache):
     """A Lorenz-Mie table of another spread is made by processes of the renderer's own."""
-    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     axes, radii_um = standard_axes(0.2), (1.0, 10.0)
     *others, last = parts(axes, node_range(axes, radii_um))
     for part in others:  # built before; one is left, of some seconds
