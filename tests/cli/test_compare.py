@@ -46,6 +46,7 @@ def test_each_half_is_that_of_its_own_scene(method, backend):
     np.testing.assert_array_equal(frame[:, 10:], right[:, 10:])
 
 
+@pytest.mark.slow
 @by_method
 @pytest.mark.parametrize(("split", "column"), [(0.0, 0), (0.3, 6), (0.32, 6), (0.33, 7), (1.0, 20)])
 def test_split(method, backend, split, column):

@@ -117,6 +117,7 @@ def test_without_gl_the_packages_are_named(tmp_path):
     assert contents(tmp_path) == {}
 
 
+@pytest.mark.slow
 def test_without_gl_the_reference_and_the_rest_work(tmp_path):
     args = ("-o", "x.exr", "--size", "8x5", "--method", "reference")
     result = execute("render", "uniform", *args, cwd=tmp_path, **NO_GL)

@@ -99,6 +99,7 @@ def test_a_full_disk(call, tmp_path, suffix):
     assert contents(tmp_path) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "suffix"),
     [

@@ -128,6 +128,7 @@ def test_text_in_set_with_and_without_quotes(call, quoted):
     assert call("render", "uniform", "-o", "x.exr", *args) == Result(0, "", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "setting",
     [
@@ -160,6 +161,7 @@ def test_each_headless_backend(call, backend):
     assert call("render", "uniform", *args) == Result(0, "x.exr\n", FAST)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["fast", "spectral", "reference"])
 def test_a_pipe_sees_no_progress(tmp_path, method):
     args = ("render", "uniform", "-o", "x.exr", "--size", "8x20", "--method", method)

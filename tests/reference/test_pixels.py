@@ -79,6 +79,7 @@ def test_twice_as_many_points_change_little(monkeypatch):
     assert np.abs(twice - once).max() < 5e-3 * twice.max()
 
 
+@pytest.mark.slow
 def test_some_pixels_are_those_of_the_frame():
     changes = {"render.wavelength_step_nm": 40.0, "camera.size_px": [5, 3], "camera.pixel": "area"}
     world = resolve(rtbow.load_scene("uniform", {**changes, "camera.fov_deg": 10.0}))

@@ -40,6 +40,7 @@ def luminance_along(side, along):
 
 
 # 3e-8 and 1e-6; fast is at 1 nm, and 2.1e-3 from the sum over 40 nm.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "bound"), [("reference", 1e-6), ("spectral", 1e-5), ("fast", 5e-3)]
 )

@@ -145,6 +145,7 @@ def built():
     return build_airy_table()
 
 
+@pytest.mark.slow
 @by_bow
 @by_disc
 def test_cpu_look_up(built, reflections, diameter_deg, bound):

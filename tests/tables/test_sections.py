@@ -60,6 +60,7 @@ def efficiency(x, nm=NM):
     return extinction_efficiencies(radius_m, np.array([nm]), Medium())[:, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [20.0, 60.0, 100.0, 200.0, 400.0, 700.0])
 def test_extinction_efficiency(x):
     """From cloud droplets, where Q swings between 1.8 and 2.5, to the limit of large drops."""
@@ -67,6 +68,7 @@ def test_extinction_efficiency(x):
     assert efficiency([x])[0] == pytest.approx(exact, rel=4e-4)  # 2e-4 at worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [2900.0, 5000.0])
 def test_light_that_grazes_the_edge(x):
     """Q - 2 falls as x^(-2/3), by 1.9924 (Nussenzveig and Wiscombe): here from the sum itself."""

@@ -72,6 +72,7 @@ def test_bow_angle_and_side(reflections):
     assert got.pole_rad == (np.pi if reflections == 1 else 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reflections", [1, 2])
 @pytest.mark.parametrize("radius_um", [10.0, 100.0, 1500.0])
 @pytest.mark.parametrize("k", range(len(NM)))
@@ -108,6 +109,7 @@ def test_primary_peak_of_100_um(wavelength_nm, airy_m2_sr, mie_m2_sr):
     assert height == pytest.approx(mie_m2_sr, rel=0.012)  # worst 1.0 %
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("radius_um", "primary_deg", "secondary_deg", "mie_primary_deg", "mie_secondary_deg"),
     [

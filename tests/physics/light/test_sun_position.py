@@ -73,6 +73,7 @@ class TestPublished:
         assert_near(rise, datetime(2009, 9, 6, 7, 15, tzinfo=eastern), 31.0)
         assert_near(sunset, datetime(2009, 9, 6, 19, 56, tzinfo=eastern), 31.0)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("apparent_deg", "arcmin"),
         [(0, 34.5), (2, 18.3), (5, 9.9), (10, 5.3), (20, 2.6), (30, 1.7), (45, 1.0), (60, 0.6)],

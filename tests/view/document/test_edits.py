@@ -286,6 +286,7 @@ POOL: tuple[dict[str, object], ...] = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["uniform", "shower", "two-lamps", "fogbow"])
 def test_after_any_changes_the_command_makes_the_same_scene(name, rng, monkeypatch):
     monkeypatch.chdir(ROOT)

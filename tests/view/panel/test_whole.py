@@ -23,6 +23,7 @@ from rtbow.view.panel.sections.status import error_text
 # --- All of the scene -----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", builtin_scenes())
 def test_every_key_of_a_built_in_scene_has_a_widget_inside_the_panel(egl, name):
     with staged(egl, name) as stage:
@@ -83,6 +84,7 @@ def test_a_key_that_the_scene_does_not_have_yet_gets_a_widget(egl):
         assert last == {"camera.tripod": False, "haze.depth_m": 50, "haze.kind": "wet"}
 
 
+@pytest.mark.slow
 def test_the_help_of_every_value_holds_its_unit_effect_range_and_key(egl):
     for name in ("uniform", "street-lamp"):
         with staged(egl, name) as stage:
@@ -113,6 +115,7 @@ def frame(scene: Scene, **options: Any) -> FrameDrawn:
 # --- The picture, scenes, keeping -----------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_how_the_picture_is_shown_is_chosen(uniform):
     state = uniform.state
     state.frame = frame(uniform.edits.scene)
@@ -370,6 +373,7 @@ def test_the_panel_is_short_enough_to_scroll_and_skips_what_is_out_of_sight(egl)
         assert "render.max_delta_e" in stage.edits.changes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["downpour", "street-lamp", "shower"])
 def test_whatever_hands_do_the_scene_stays_one_that_can_be_saved(egl, rng, name):
     texts = ["0", "-1", "1e9", "nan", "5", "abc", "%s%n", "none", "9" * 400, "[1, 2]", "2026-02-30"]
@@ -399,6 +403,7 @@ def test_whatever_hands_do_the_scene_stays_one_that_can_be_saved(egl, rng, name)
 # --- Dense displays -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1.25, 1.5, 2.0])
 @pytest.mark.parametrize("name", ["shower", "street-lamp"])
 def test_on_a_dense_display_all_is_larger_alike(egl, name, scale):

@@ -63,6 +63,7 @@ LEADING = ("look", "focal_length_mm", "around_m")
 """Keys that bring others along, as ``mixing`` and tags do."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRIVEN)
 def test_every_widget_changes_its_value_in_one_step_that_can_be_undone(egl, name):
     with staged(egl, name, changes=DRIVEN[name]) as stage:
@@ -182,6 +183,7 @@ def test_two_drags_are_two_steps(uniform):
 # --- What is refused ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("path", "text", "told"),
     [
@@ -296,6 +298,7 @@ def test_a_refused_click_is_told(uniform):
 # --- Reset, copy ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_arrow_shows_where_a_value_differs_and_gives_it_back(uniform):
     first = uniform.edits.scene
     assert not [path for path in uniform.seen if path.endswith("/reset")]

@@ -155,6 +155,7 @@ def test_extinction_of_a_mixture_is_the_sum_of_its_sizes():
 # --- Beer and Lambert
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["spectral", "reference"])
 @pytest.mark.parametrize("depth", [0.01, 0.5, 3.0, 50.0])
 def test_even_slab(method, depth):
@@ -240,6 +241,7 @@ def box_expected(scene, beta, azimuth_deg):
     return shares
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("grid", "azimuth_deg"),
     [(None, 180.0), (None, 180.5), (None, 215.0), ([9, 14, 5], 180.0), ([2, 2, 2], 160.0)],
@@ -281,6 +283,7 @@ def test_a_far_lamp_is_dimmed_as_a_sun_is(method):
     assert shares[0].mean() == pytest.approx(shares[1].mean(), rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [(0.0, 20.0, 5.0), (0.0, -3.0, 4.0), (5.0, 8.0, 3.0)])
 def test_lamps_in_and_beside_even_rain(place):
     lamp = {
@@ -295,6 +298,7 @@ def test_lamps_in_and_beside_even_rain(place):
     assert np.abs(frame - exact).max() < 1.2e-3 * exact.max()
 
 
+@pytest.mark.slow
 def test_shader_and_reference_agree_in_uneven_rain(tmp_path):
     rng = np.random.default_rng(5)
     shape = (7, 6, 5)
@@ -328,6 +332,7 @@ def test_mean_extinction_is_exact_in_even_rain():
     np.testing.assert_allclose(means, 2.0 / THICKNESS_M, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_several_lights_have_depths_of_their_own():
     """Light of each sun alone adds up to that of both together."""
     other = WHITE | {"altitude_deg": 50.0, "azimuth_deg": 140.0}

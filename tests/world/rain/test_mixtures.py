@@ -55,6 +55,7 @@ def mie_section(nm, index, radius, share, theta):
 
 # Worst 4e-6 and 1.6e-3 of the greatest component; the spread of 2 % that the table gives every size
 # is nothing beside a distribution of 22 %.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theory", "effective_um", "count", "section", "bound"),
     [("airy", 60.0, 300, airy_section, 2e-5), ("mie", 6.0, 3000, mie_section, 4e-3)],
