@@ -30,7 +30,9 @@ THOROUGH = Path(__file__).with_name("thorough.txt")
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests of that list."""
-    lines = {line for line in THOROUGH.read_text("utf-8").splitlines() if line[:1] not in ("", "#")}
+    if not THOROUGH.exists():  # a copy of this file in a test of failures
+        return
+    lines = set(THOROUGH.read_text("utf-8").splitlines())
     for item in items:
         name = item.nodeid.removeprefix("tests/")
         if name in lines or name.partition("[")[0] in lines:
