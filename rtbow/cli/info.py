@@ -52,7 +52,7 @@ def _is_scene(subject: str) -> bool:
         return False
     if subject.lower().endswith(".toml") or subject in builtin_scenes():
         return True
-    from rtbow.world.spectra import spectrum_names
+    from rtbow.world.measured.spectra import spectrum_names
 
     return subject not in spectrum_names()
 
@@ -76,7 +76,7 @@ def _check_known(subject: str) -> None:
     import difflib
 
     from rtbow.scene.text.file import builtin_scenes
-    from rtbow.world.spectra import spectrum_names
+    from rtbow.world.measured.spectra import spectrum_names
 
     scenes = builtin_scenes()
     near = difflib.get_close_matches(subject, [*scenes, *spectrum_names()], n=1, cutoff=0.7)

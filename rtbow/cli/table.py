@@ -190,7 +190,7 @@ def table_export(
     elif purpose == "texture":
         from rtbow.scene.lights import E490
         from rtbow.tables.exchange import write_texture
-        from rtbow.world.spectra import load_spectrum
+        from rtbow.world.measured.spectra import load_spectrum
 
         light = load_spectrum(spectrum or E490, beyond)
         write_texture(Path(output), wanted, light, progress, building)

@@ -38,6 +38,7 @@ from rtbow.reference.rays import (
     sample_rays,
 )
 from rtbow.reference.rows import LampSections, integrate_lamp_rows, integrate_rows
+from rtbow.reference.sky import Sky
 from rtbow.tables.layout import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
 from rtbow.tables.mie.direct import DirectMieSections
 from rtbow.tables.sections import Sections
@@ -74,6 +75,7 @@ class _Setup:
     moments: Array
     sections: Sections | None
     rows: RadiusAxis | None
+    sky: Sky | None
 
     @property
     def volume(self) -> DropletVolume:
@@ -151,12 +153,18 @@ def _set_up(world: World, building: Progress = no_progress, optics: Optics | Non
     elif not world.bows_in_place:
         sections = world.sections(building)
     rows = None if sections is None else radius_axis((least, most), volume.sizes)
-    return _Setup(world, optics, _moments(volume), sections, rows)
+    sky = None
+    if world.around is not None:
+        sky = Sky.of(world.around, optics.wavelength_nm, optics.air_depth, building)
+    return _Setup(world, optics, _moments(volume), sections, rows, sky)
 
 
 def _rays(setup: _Setup, directions: Array) -> Rays:
     """Rays from the eye in some directions (n, 3), as the kernels take them."""
     entry, leave = box_span(setup.origin, directions, setup.volume.box_m)
+    if setup.sky is not None:  # drops in the ground are not seen
+        ground = np.maximum(setup.sky.ground_distance(setup.origin, directions), entry)
+        leave = np.where(leave > entry, np.minimum(leave, ground), leave)
     return Rays(setup.origin, directions, entry, leave, setup.longest(leave - entry))
 
 
@@ -358,6 +366,26 @@ def _gathered(setup: _Setup, directions: Array) -> Array:
         total += _under_suns(setup, rays, grid)
     if setup.optics.lamps:
         total += _under_lamps(setup, rays, grid)
+    if setup.sky is not None:
+        total += _around(setup, setup.sky, rays, grid)
+    return total
+
+
+def _around(setup: _Setup, sky: Sky, rays: Rays, grid: Grid) -> Array:
+    """The air's own light, the ground and the suns themselves: (pixels, channels)."""
+    optics, view = setup.optics, setup.world.view
+    edges = sky.edges(rays)
+    middles = 0.5 * (edges[:, 1:] + edges[:, :-1])
+    at = np.concatenate([middles, edges[:, -1:]], axis=1)
+    start = np.arange(len(edges) + 1) * at.shape[1]
+    distance = np.minimum(at, rays.leave[:, None])  # the depth stays what it is behind the rain
+    distance = np.where(rays.leave[:, None] > rays.entry[:, None], distance, 0.0)
+    depth = _depth_to_eye(setup, rays, grid, start, distance.ravel()).reshape(at.shape)
+    probes = view.probes(rays.directions)
+    total = np.zeros((len(edges), setup.channels))
+    for sun, colour in zip(optics.suns, optics.sun_weights, strict=True):
+        seen = sky.along(rays, edges, depth, setup.rain_ratio, sun, probes)
+        total += seen @ colour
     return total
 
 

@@ -17,8 +17,12 @@ def check_world(gl: GlContext, world: World) -> None:
 
     Raises:
         UnavailableError: too many pixels or grid points a side.
-        UnsuitedError: the box is too thin for its distance.
+        UnsuitedError: the box is too thin for its distance, or shaders lack what is around it.
     """
+    if world.around is not None:
+        raise UnsuitedError(
+            "atmosphere.sky and ground are drawn by --method reference alone: shaders lack them"
+        )
     check_sizes(gl, world.view.size_px, world.volume.shape)
     check_box(world)
 

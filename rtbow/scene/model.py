@@ -34,6 +34,7 @@ from rtbow.base.limits import (
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.physics.drop.medium import Medium
 from rtbow.scene.aim import LOOKED_AT, box_around, look_deg
+from rtbow.scene.air import Atmosphere, Ground
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lens import FOCAL_LENGTHS_MM, with_field_of_view
 from rtbow.scene.lights import Light, PointLight
@@ -200,16 +201,6 @@ def _are_angles(pair: Sequence[object]) -> bool:
 def _one_too_many(path: tuple[str, ...], other: str) -> InitErrorDetails:
     """Return the problem of a key that stands beside another one, which says the same."""
     return misplaced(path, f"cannot be given together with {other}; leave one of the two out")
-
-
-class Atmosphere(Table):
-    """The air; a scene without this table has none."""
-
-    rayleigh: bool = Field(
-        True,
-        description="attenuation by the air's molecules",
-        json_schema_extra=shown_as("", "Air removes blue light: distant rain and low suns redden."),
-    )
 
 
 class Scattering(Table):
@@ -386,6 +377,7 @@ class Scene(Table):
     )
     droplets: Droplets = Field(description="the drops")
     atmosphere: Atmosphere | None = Field(None, description="the air; left out: none")
+    ground: Ground | None = Field(None, description="the ground; left out: none")
     scattering: Scattering = Field(Scattering(), description="scattering by a drop")
     render: Render = Field(Render(), description="how finely the picture is computed")
     compare: Compare | None = Field(
@@ -468,6 +460,19 @@ class Scene(Table):
         if problems:
             raise ValidationError.from_exception_data(type(self).__name__, problems)
         return self
+
+    @model_validator(mode="after")
+    def _eye_above_ground(self) -> Self:
+        """Refuse an eye in the ground, where there is one."""
+        height = self.camera.position_m[2]
+        if self.ground is None or height >= 0.0:
+            return self
+        problem = InitErrorDetails(
+            type=refused(f"{height:g} m up; must be 0 or more where there is a ground"),
+            loc=("camera", "position_m"),
+            input=list(self.camera.position_m),
+        )
+        raise ValidationError.from_exception_data(type(self).__name__, [problem])
 
     _right: "Scene | None" = PrivateAttr(default=None)
     _source_text: str = PrivateAttr(default="")

@@ -20,7 +20,7 @@ from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.scene.lights import E490
 from rtbow.study.charts import THEORY_NAMES, Setup, check_angles, check_range, opposite
 from rtbow.tables.sections import Theory
-from rtbow.world.spectra import load_spectrum
+from rtbow.world.measured.spectra import load_spectrum
 
 Normalise = Literal["column", "none"]
 

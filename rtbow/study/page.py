@@ -15,7 +15,7 @@ from rtbow.frames.plot import new_figure, save
 from rtbow.scene.text.file import builtin_scenes, scene_title
 from rtbow.study.claims import Frame, Verdict, sun_profile
 from rtbow.world.lights import lamps, suns
-from rtbow.world.spectra import load_spectrum
+from rtbow.world.measured.spectra import load_spectrum
 
 SPECTRA = (("equal-energy", "equal energy"), ("E490", "sun, ASTM E-490"), ("FL1", "lamp, CIE FL1"))
 

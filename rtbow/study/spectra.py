@@ -18,7 +18,7 @@ from rtbow.physics.light.cie import colour_rendering, illuminant_names
 from rtbow.physics.light.colour import colour_matching
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, luminous, wavelength_bins
 from rtbow.world.measured.read import Measured
-from rtbow.world.spectra import (
+from rtbow.world.measured.spectra import (
     load_measured,
     load_spectrum,
     spectrum_description,
@@ -58,7 +58,7 @@ def describe(name_or_path: str) -> Description:
     """Describe a spectrum.
 
     Args:
-        name_or_path: as for :func:`rtbow.world.spectra.load_spectrum`.
+        name_or_path: as for :func:`rtbow.world.measured.spectra.load_spectrum`.
 
     Raises:
         InputError: as there, but a file may end within 380-780 nm.

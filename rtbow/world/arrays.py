@@ -25,9 +25,9 @@ from rtbow.scene.model import Scene
 from rtbow.scene.text.bounds import check_values
 from rtbow.scene.text.overrides import plain
 from rtbow.scene.text.values import resolve_paths, scene_from_values, scene_text
+from rtbow.world.measured.spectra import load_spectrum, spectrum_names
 from rtbow.world.rain.volume import scene_volume
 from rtbow.world.rain.volume_file import checked_volume
-from rtbow.world.spectra import load_spectrum, spectrum_names
 
 _NAME = "scene"
 """What messages call a scene that has no file."""

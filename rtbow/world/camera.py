@@ -152,6 +152,21 @@ class View:
         length = np.linalg.norm(rays, axis=1)
         return floats(rays / length[:, None]), floats(length**-3.0)
 
+    def probes(self, rays: Array) -> Array:
+        """Give what of light's coherency tensor passes the filter, all without one.
+
+        Args:
+            rays: unit directions of view (n, 3).
+
+        Returns:
+            (n, 3, 3): the light that is seen is the trace of the product of both.
+        """
+        if self.polarizer is None:
+            return np.broadcast_to(np.eye(3), (len(rays), 3, 3))
+        field = self.polarizer - (rays @ self.polarizer)[:, None] * rays
+        length = np.sum(field**2, axis=1)[:, None, None]
+        return floats(field[:, :, None] * field[:, None, :] / np.maximum(length, 1e-30))
+
     def perpendicular_share(self, towards_light: Array, rays: Array) -> Array:
         """Give the share of the component perpendicular to the scattering plane in what is seen.
 

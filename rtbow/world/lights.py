@@ -15,7 +15,7 @@ from rtbow.physics.light.moon import moonlight
 from rtbow.physics.light.spectrum import Spectrum, luminous
 from rtbow.scene.lights import E490, MOON, PointLight, SunLight
 from rtbow.scene.model import Scene
-from rtbow.world.spectra import load_spectrum, spectrum_notes
+from rtbow.world.measured.spectra import load_spectrum, spectrum_notes
 
 NEAREST_M = 1e-3
 """Rays pass the centre of a point lamp no nearer than this: through the centre the integral of 1/d²

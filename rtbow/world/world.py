@@ -26,6 +26,7 @@ from rtbow.world.lights import Sun, lamps, light_notes, suns
 from rtbow.world.optics import Optics, scene_optics
 from rtbow.world.rain.drops import left_out
 from rtbow.world.rain.volume import DropletVolume, scene_volume
+from rtbow.world.sky import Surroundings, surroundings
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Sections, Theory
@@ -121,6 +122,7 @@ class World:
         volume: the drops.
         rain: the drops' own extinction, or None.
         fineness: how finely it asks to be computed.
+        around: the air's own light and the ground, or None.
         notes: what of the scene is not drawn as it stands, in words.
     """
 
@@ -130,6 +132,7 @@ class World:
     volume: DropletVolume
     rain: RainExtinction | None
     fineness: Fineness
+    around: Surroundings | None
     notes: tuple[str, ...]
     _scene: Scene = field(repr=False)
     _still: dict[str, Any] = field(repr=False)
@@ -234,6 +237,7 @@ def resolve(scene: Scene) -> World:
         volume,
         rain,
         Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
+        surroundings(scene),
         _notes(scene),
         scene,
         _without_places(scene),

@@ -10,7 +10,7 @@ from command_line import SMALL, Result, Summary, assert_refused, contents
 from lamp_samples import FILE_VALUES, rows
 from rtbow.frames.image import read_exr
 from rtbow.study.spectra import colour_temperature
-from rtbow.world.spectra import spectrum_names
+from rtbow.world.measured.spectra import spectrum_names
 
 
 def lines_of(result):

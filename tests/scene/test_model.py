@@ -194,6 +194,7 @@ def test_the_walk_meets_every_table_once():
         "droplets.radius",
         "droplets.density",
         "atmosphere",
+        "ground",
         "scattering",
         "render",
         "compare",
@@ -257,7 +258,10 @@ def test_the_schema_says_in_words_what_is_allowed(table, key, expected):
         ("lights", "did you mean light?"),
         ("seed", "did you mean droplets.seed?"),
         ("altitude_deg", "did you mean camera.altitude_deg or light.0.altitude_deg?"),
-        ("xyz", "known here: camera, light, droplets, atmosphere, scattering, render, compare"),
+        (
+            "xyz",
+            "known here: camera, light, droplets, atmosphere, ground, scattering, render, compare",
+        ),
     ],
 )
 def test_suggestions(unknown, hint):

@@ -13,7 +13,7 @@ from rtbow.base.errors import InputError
 from rtbow.tables.exchange import write_mitsuba, write_texture
 from rtbow.tables.export import PlainTable, plain_table
 from rtbow.tables.phase import over_sphere
-from rtbow.world.spectra import load_spectrum
+from rtbow.world.measured.spectra import load_spectrum
 
 
 def airy(radius_um=(500.0,), nm=(550.0,), angles=None, disc=0.533):

@@ -13,7 +13,7 @@ from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.scene.model import Camera, Scene
 from rtbow.world.camera import view_of
-from rtbow.world.spectra import load_spectrum
+from rtbow.world.measured.spectra import load_spectrum
 
 RADIUS_UM = 120.0
 STEP_NM = 40.0

@@ -50,6 +50,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     for light in values["light"]:
         _fit_light(rng, light)
     _fit_camera(rng, camera, values["light"])
+    _fit_ground(values, camera)
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -236,6 +237,7 @@ def _make_quick(rng: Rng, values: dict[str, Any]) -> None:
     """Leave what takes long: tables of many radii, second pictures and lights, fine steps, and
     pixels of a thousand rays each under a lamp, which has no disc to say that fewer do."""
     values.pop("compare", None)
+    values.get("atmosphere", {}).pop("sky", None)
     del values["light"][1:]
     if values["light"][0]["type"] == "point":
         values["camera"].pop("pixel", None)
@@ -317,6 +319,14 @@ def _fit_camera(rng: Rng, camera: dict[str, Any], lights: list[dict[str, Any]]) 
     if "look" in camera:
         for key in LOOKED_AT:
             camera.pop(key, None)
+
+
+def _fit_ground(values: dict[str, Any], camera: dict[str, Any]) -> None:
+    """Have the air glow where there is air, and the eye above the ground."""
+    if not values.get("atmosphere", {}).get("rayleigh", True):
+        values["atmosphere"].pop("sky", None)
+    if "ground" in values and "position_m" in camera:
+        camera["position_m"][2] = abs(camera["position_m"][2])
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:

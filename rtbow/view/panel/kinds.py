@@ -24,9 +24,9 @@ from rtbow.scene.text.schema import Node
 from rtbow.view.panel.rows import Row, rounded, rows_of, shown_number
 from rtbow.view.picture.projection import azimuth_altitude_deg
 from rtbow.world.lights import irradiance_w_m2
+from rtbow.world.measured.spectra import load_spectrum
 from rtbow.world.rain.box import box_of
 from rtbow.world.rain.size_file import read_size_file
-from rtbow.world.spectra import load_spectrum
 
 Values = dict[str, object]
 

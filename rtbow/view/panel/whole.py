@@ -28,8 +28,8 @@ from rtbow.view.picture.overlays import ORDERS
 from rtbow.view.window import look
 
 _SECTIONS = {
-    "light": "Sun", "droplets": "Drops", "atmosphere": "Air", "scattering": "Theory",
-    "camera": "Camera", "render": "Picture", "compare": "Picture",
+    "light": "Sun", "droplets": "Drops", "atmosphere": "Air", "ground": "Air",
+    "scattering": "Theory", "camera": "Camera", "render": "Picture", "compare": "Picture",
 }  # fmt: skip
 """Section of each table of the scene; other tables have a section of their own."""
 _OPEN = ("Sun", "Drops", "Picture")

@@ -291,7 +291,7 @@ def spectrum(rows: Rows, row: Row, value: str, width: float, set_value: Set) -> 
 @lru_cache(maxsize=1)
 def spectrum_groups() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Give the names of all spectra by groups, in an order that a person expects."""
-    from rtbow.world.spectra import spectrum_names
+    from rtbow.world.measured.spectra import spectrum_names
 
     beginnings: dict[str, str | tuple[str, ...]] = {
         "daylight": ("D", "ID"),

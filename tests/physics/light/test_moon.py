@@ -10,7 +10,7 @@ import pytest
 from rtbow.physics.light.moon import diameter_deg, moonlight, reflectance
 from rtbow.physics.light.spectrum import luminous
 from rtbow.physics.light.sun_position import moon_position
-from rtbow.world.spectra import load_spectrum
+from rtbow.world.measured.spectra import load_spectrum
 
 MEAN_KM = 384_400.0
 

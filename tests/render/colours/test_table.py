@@ -37,8 +37,8 @@ from rtbow.render.fast.columns import (
 from rtbow.render.fast.lamp import over_discs, running_colours
 from rtbow.render.fast.tolerance import FastSettings, hat_rows, node_step_nm, settings_for
 from rtbow.world.lights import Sun
+from rtbow.world.measured.spectra import load_spectrum
 from rtbow.world.rain.volume import DropletVolume
-from rtbow.world.spectra import load_spectrum
 
 # --- Chords -----------------------------------------------------------------------------------
 

@@ -253,7 +253,7 @@ from scene_samples import BASE, FROM_FILE, problems
             "[camera]",
             '"a\\nb" = 4\n[camera]',
             'unknown key "a\\nb"; known here: camera, light, '
-            "droplets, atmosphere, scattering, render, compare",
+            "droplets, atmosphere, ground, scattering, render, compare",
         ),
     ],
 )

@@ -8,8 +8,8 @@ import pytest
 
 from lamp_samples import FILE_NM, FILE_VALUES, FILE_VISIBLE, rows
 from rtbow.base.errors import InputError
+from rtbow.world.measured.spectra import load_measured, load_spectrum
 from rtbow.world.measured.table import quick_table
-from rtbow.world.spectra import load_measured, load_spectrum
 
 HEAD = "wavelength,power\n"
 ARGYLL = (

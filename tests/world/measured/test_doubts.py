@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import rtbow.world.measured.source as source
 from lamp_samples import FILE_NM, FILE_VALUES, FILE_VISIBLE, rows
 from rtbow.base.errors import InputError
-from rtbow.world.spectra import load_measured, load_spectrum
+from rtbow.world.measured.spectra import load_measured, load_spectrum
 
 
 def refusal(path, **options):

@@ -6,8 +6,8 @@ from scipy import constants
 
 from lamp_samples import FILE_NM, FILE_VALUES, FILE_VISIBLE, rows
 from rtbow.base.errors import InputError
+from rtbow.world.measured.spectra import load_measured, load_spectrum
 from rtbow.world.measured.units import UnitError, abscissa_unit, value_unit
-from rtbow.world.spectra import load_measured, load_spectrum
 
 WAVENUMBER = 1e7 / FILE_NM
 THZ = constants.c / FILE_NM * 1e-3

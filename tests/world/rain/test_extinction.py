@@ -8,6 +8,7 @@ from scipy.special import j1
 import rtbow
 from rtbow.scene.model import Scene
 from rtbow.world.lights import Lamp, Sun
+from rtbow.world.measured.spectra import load_spectrum
 from rtbow.world.optics import scene_optics
 from rtbow.world.rain.extinction import (
     disc_share,
@@ -17,7 +18,6 @@ from rtbow.world.rain.extinction import (
     rain_extinction,
 )
 from rtbow.world.rain.volume import build_volume
-from rtbow.world.spectra import load_spectrum
 
 RADIUS_M = 3e-4
 AREA_M2 = np.pi * RADIUS_M**2

@@ -7,7 +7,7 @@ from scipy.integrate import trapezoid
 from rtbow.base.errors import InputError
 from rtbow.physics.light.colour import colour_matching
 from rtbow.physics.light.spectrum import Spectrum, bin_means, colour_weights, wavelength_bins
-from rtbow.world.spectra import load_spectrum, spectrum_names
+from rtbow.world.measured.spectra import load_spectrum, spectrum_names
 
 STEPS_NM = [0.5, 1.0, 2.0, 5.0, 8.0, 16.0, 40.0]
 

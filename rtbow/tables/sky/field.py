@@ -1,0 +1,144 @@
+"""The mean field of light that molecules have scattered, all orders, over a spherical Earth.
+
+Solved by successive orders: rays from nodes over height and the sun's zenith angle gather what the
+order before left along them, through spherical shells, until an order adds less than 1 %; orders
+fall off as a geometric series by then, whose rest is added. The result is kept in the cache; it
+holds for every sun and every eye.
+
+Twice as many nodes, rays, azimuths or pieces change a sky's radiance by less than 0.2 % (suns from
+3 degrees up). Against SASKTRAN2 (16 streams, vector, its own error 1 % for suns from 10 degrees up)
+a molecular sky is 0.7 % darker in the mean; 0.1 % with rays through flat layers, which that code's
+multiple scattering takes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtbow.base.arrays import Array, Progress, Steps, floats, no_progress
+from rtbow.base.cache import cached_arrays, source_digest
+from rtbow.physics.air.rayleigh import horizon_rad
+from rtbow.physics.air.shells import TOP_M, Shells
+from rtbow.tables.sky.transport import COMPONENTS, gather_nodes
+
+_HEIGHTS_M = TOP_M * np.linspace(0.0, 1.0, 24) ** 2.5
+_ZENITHS_DEG = (
+    0.0, 15.0, 28.0, 40.0, 50.0, 58.0, 65.0, 70.0, 74.0, 77.5, 80.0, 82.0, 83.5, 85.0, 86.0, 87.0,
+    88.0, 88.7, 89.4, 90.0, 90.6, 91.3, 92.0, 92.8, 93.6, 94.5, 95.5, 96.5, 98.0, 100.0, 103.0,
+    107.0,
+)  # fmt: skip
+"""Of the sun: dense where it sets, down to where it lights no air that is seen."""
+_RISING, _FALLING = 12, 8
+"""Rays above and below the horizon of each node."""
+_AZIMUTHS = 6
+_PIECES = 24
+_LEAST = 0.01
+"""Share of the whole below which an order is the last one that is computed: with the rest of the
+series the field is within 8e-4 of that of all orders, over white ground, too."""
+_MOST_ORDERS = 200
+
+PROBES = np.zeros((COMPONENTS, 3, 3))
+PROBES[0, 0, 0] = PROBES[1, 1, 1] = PROBES[2, 2, 2] = 1.0
+PROBES[3, 0, 2] = PROBES[3, 2, 0] = 0.5
+
+
+@dataclass(frozen=True)
+class SkyField:
+    """What has been scattered at least once, per irradiance above the air.
+
+    Attributes:
+        heights_m: of the nodes (H,).
+        zeniths_rad: of the sun at the nodes (Z,).
+        mean: components of the integral of the coherency tensor over all directions (H, Z, W, 4):
+            see :mod:`rtbow.tables.sky.transport`.
+        ground: diffuse irradiance of the ground (Z, W).
+    """
+
+    heights_m: Array
+    zeniths_rad: Array
+    mean: Array
+    ground: Array
+
+    def at(self, wavelength_nm: Array, wanted_nm: Array) -> SkyField:
+        """Interpolate from the field's own wavelengths (W,) to others (V,), by cubics."""
+        from scipy.interpolate import CubicSpline
+
+        if np.array_equal(wavelength_nm, wanted_nm):
+            return self
+        mean = CubicSpline(wavelength_nm, self.mean, axis=2)(wanted_nm)
+        ground = CubicSpline(wavelength_nm, self.ground, axis=1)(wanted_nm)
+        return SkyField(
+            self.heights_m, self.zeniths_rad, np.ascontiguousarray(mean),
+            np.ascontiguousarray(ground),
+        )  # fmt: skip
+
+
+def sky_field(
+    air: Shells, depth: Array, albedo: Array, progress: Progress = no_progress
+) -> SkyField:
+    """Solve for a sky, or take it from the cache.
+
+    Args:
+        air: its constituents; the first one scatters as molecules do, the others absorb.
+        depth: their vertical depths (C, W).
+        albedo: of the ground (W,).
+        progress: wraps the loop over orders.
+    """
+    zeniths = np.radians(_ZENITHS_DEG)
+
+    def build() -> dict[str, Array]:
+        mean, ground = _all_orders(air, depth, albedo, zeniths, progress)
+        return {"mean": mean, "ground": ground}
+
+    code = source_digest("physics.air", "tables.sky")
+    key = f"{code} {air.density.tobytes()!r} {depth.tobytes()!r} {albedo.tobytes()!r}"
+    kept = cached_arrays("sky", key, build)
+    return SkyField(_HEIGHTS_M, zeniths, floats(kept["mean"]), floats(kept["ground"]))
+
+
+def no_field(waves: int) -> SkyField:
+    """Give the field of air that does not scatter, at a number of wavelengths."""
+    zeniths = np.radians(_ZENITHS_DEG)
+    mean = np.zeros((len(_HEIGHTS_M), len(zeniths), waves, COMPONENTS))
+    return SkyField(_HEIGHTS_M, zeniths, mean, np.zeros((len(zeniths), waves)))
+
+
+def _all_orders(
+    air: Shells, depth: Array, albedo: Array, zeniths: Array, progress: Progress
+) -> tuple[Array, Array]:
+    sines, weights = _rays()
+    waves = depth.shape[1]
+    field = np.zeros((len(_HEIGHTS_M), len(zeniths), waves, COMPONENTS))
+    ground = np.zeros((len(zeniths), waves))
+    mean, below, before = field, ground, np.ones(waves)
+    for order in progress(Steps(_MOST_ORDERS, "the sky's orders of scattering")):
+        field, ground = gather_nodes(
+            depth, air.density, air.log_column, albedo, _HEIGHTS_M, zeniths, field, ground,
+            order == 0, sines, weights, _AZIMUTHS, _PIECES, PROBES,
+        )  # fmt: skip
+        mean, below = mean + field, below + ground
+        added, whole = (part[..., :3].sum(axis=-1).max(axis=(0, 1)) for part in (field, mean))
+        if np.all(added <= _LEAST * whole):
+            ratio = added / np.maximum(before, 1e-300)
+            rest = ratio / (1.0 - np.minimum(ratio, 0.99))
+            return mean + rest[:, None] * field, below + rest * ground
+        before = added
+    return mean, below
+
+
+def _rays() -> tuple[Array, Array]:
+    """Sines of altitudes at each height, and their weights: dense at the horizon on both sides."""
+    sines, weights = [], []
+    for height in _HEIGHTS_M:
+        horizon = np.sin(horizon_rad(floats(height)))
+        at, share = [], []
+        for span, count in ((1.0 - horizon, _RISING), (-1.0 - horizon, _FALLING)):
+            x, weight = np.polynomial.legendre.leggauss(count)
+            t = 0.5 * (x + 1.0)
+            at.append(horizon + span * t * t)
+            share.append(abs(span) * t * weight)
+        sines.append(np.concatenate(at))
+        weights.append(np.concatenate(share))
+    return floats(sines), floats(weights)

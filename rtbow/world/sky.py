@@ -1,0 +1,27 @@
+"""What is around the drops and gives light of its own: the air, and the ground below."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtbow.scene.model import Scene
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What is around the drops.
+
+    Attributes:
+        glows: whether the air's own light is drawn.
+        albedo: of the ground; None where there is none, and what is below the horizon is black.
+    """
+
+    glows: bool
+    albedo: float | None
+
+
+def surroundings(scene: Scene) -> Surroundings | None:
+    """Give what a scene has around its drops; None if there is nothing."""
+    glows = scene.atmosphere is not None and scene.atmosphere.sky
+    albedo = None if scene.ground is None else scene.ground.albedo
+    return Surroundings(glows, albedo) if glows or albedo is not None else None

@@ -1,0 +1,99 @@
+"""The world around the drops as a frame has it: sky, ground, the sun, and rain before them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rtbow
+from rtbow.base.errors import InputError
+from rtbow.physics.geometry import direction
+from rtbow.reference.render import radiance_along
+from rtbow.world.world import resolve
+
+pytestmark = pytest.mark.slow
+
+FAR = {"droplets.box_m": [[-10.0, 90_000.0, 0.0], [10.0, 90_010.0, 10.0]]}
+"""Drops where nobody looks."""
+STEP = {"render.wavelength_step_nm": 40.0}
+
+
+def along(changes, *angles):
+    """X, Y, Z along rays of azimuth and altitude."""
+    world = resolve(rtbow.load_scene("uniform", {**STEP, **changes}))
+    return radiance_along(world, np.array([direction(*pair) for pair in angles]))
+
+
+def test_a_ground_without_air_is_lamberts():
+    changes = {**FAR, "ground.albedo": 0.3, "light.0.altitude_deg": 30.0}
+    found = along(changes, (0.0, -30.0), (90.0, -80.0))
+    white = {**FAR, "ground.albedo": 1.0, "light.0.altitude_deg": 90.0}
+    lux = np.pi * along(white, (0.0, -30.0))[0]
+    np.testing.assert_allclose(found, [0.3 / np.pi * 0.5 * lux] * 2, rtol=2e-4)
+    assert lux[1] == pytest.approx(133_000.0, rel=0.05)  # sunlight above the air
+
+
+def test_the_suns_disc_is_its_irradiance():
+    changes = {**FAR, "ground.albedo": 0.0, "light.0.angular_diameter_deg": 1.0}
+    on, beside = along(changes, (180.0, 20.4), (180.0, 20.6))
+    assert not beside.any()
+    solid_angle = np.pi * np.radians(0.5) ** 2
+    assert on[1] * solid_angle == pytest.approx(133_000.0, rel=0.05)
+    hidden = along({**changes, "light.0.altitude_deg": -0.2}, (180.0, -0.2))
+    assert not hidden.any()
+
+
+SKY = {"atmosphere.rayleigh": True, "atmosphere.sky": True, "light.0.altitude_deg": 20.0}
+
+
+def test_rain_dims_what_is_behind_it():
+    """A slab close to the eye, seen in Alexander's band, where it has no light of its own."""
+    slab = {
+        "droplets.box_m": [[-50.0, 10.0, 0.0], [50.0, 12.0, 50.0]],
+        "droplets.extinction_efficiency": 2.0,
+        "droplets.radius.radius_um": 500.0,
+    }
+    ray = (0.0, 26.0)  # 46 degrees from the antisolar point
+    depth = 1.0
+    density = depth / (2.0 * np.pi * 500e-6**2 * 2.0 / np.cos(np.radians(26.0)))
+    clear = along({**SKY, **slab, "droplets.density.number_per_m3": 0.0}, ray)
+    dimmed = along(
+        {**SKY, **slab, "droplets.density.number_per_m3": density, "droplets.extinction": True}, ray
+    )
+    np.testing.assert_allclose(dimmed / clear, np.exp(-depth), rtol=2e-3)
+
+
+def test_a_polariser_takes_half_of_the_suns_own_surroundings_and_more_across():
+    """Towards the sun the sky is unpolarised; at a right angle to it, most of it is across."""
+    high = {**FAR, **SKY, "light.0.altitude_deg": 60.0, "camera.azimuth_deg": 180.0}
+    towards = along(high, (180.0, 61.0))
+    half = along({**high, "camera.polarizer_deg": 0.0}, (180.0, 61.0))
+    np.testing.assert_allclose(half / towards, 0.5, atol=0.02)
+    level = {**FAR, **SKY, "light.0.altitude_deg": 0.5}
+    up = {**level, "camera.azimuth_deg": 180.0, "camera.altitude_deg": 89.9}
+    both = [along({**up, "camera.polarizer_deg": angle}, (180.0, 89.9)) for angle in (0.0, 90.0)]
+    np.testing.assert_allclose(sum(both), along(up, (180.0, 89.9)), rtol=1e-9)
+    assert both[0][0, 1] > 8.0 * both[1][0, 1]
+
+
+def test_shaders_leave_it_to_the_reference():
+    scene = rtbow.load_scene("uniform", {**STEP, "camera.size_px": [4, 3], "ground.albedo": 0.5})
+    with rtbow.Renderer(scene) as renderer:
+        frame = renderer.render()
+        assert renderer.method_used == "reference"
+        assert np.all(np.isfinite(frame))
+        with pytest.raises(rtbow.RtbowError, match="reference alone"):
+            renderer.render("fast")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"atmosphere.rayleigh": False, "atmosphere.sky": True}, "needs rayleigh = true"),
+        ({"ground.albedo": 1.2}, r"0\.\.1"),
+        ({"ground.albedo": 0.5, "camera.position_m": [0.0, 0.0, -1.0]}, "0 or more"),
+    ],
+)
+def test_what_cannot_be_is_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        rtbow.load_scene("uniform", changes)
