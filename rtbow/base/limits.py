@@ -11,6 +11,8 @@ Earth, and squares of lengths still fit in float32."""
 DEEPEST_AIR_M = -1e5
 """Where there is air, nothing lies lower than this: the density there is 3e5 times that at sea
 level, and light gets no farther than some metres."""
+TOP_M = 100_000.0
+"""Where the air that glows ends: 4e-6 of its molecules are above."""
 LEAST_EXTENT_M = 1e-3
 """A box that is thinner along any axis is a mistake: it holds no drop."""
 LEAST_SHARE_OF_DISTANCE = 2e-5

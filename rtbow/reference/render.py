@@ -13,6 +13,7 @@ the theory's cross-sections as numbers; not how light is gathered along a ray.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -133,6 +134,21 @@ class _Setup:
         if len(self.rows.radius_m) == 1:
             return np.zeros(len(radius_m))
         return floats(np.log(radius_m / self.rows.radius_m[0]) * self.rows.per_fold)
+
+    @cached_property
+    def lamp_sections(self) -> LampSections:
+        """Cross-sections without a disc at angles twice as close as the shader's own: summed once,
+        not for every ray of a pixel."""
+        assert self.sections is not None
+        assert self.rows is not None
+        largest, unit = self.volume.size_range_um[1] * 1e-6, self.world.scatterer.medium.bow_unit
+        theta = angle_axis(0.0, np.pi, 0.0, largest, unit).angles()
+        theta = np.sort(np.concatenate([theta, 0.5 * (theta[1:] + theta[:-1])]))
+        both = row_sections(self.sections, self.rows, theta, 0.0).transpose(1, 0, 3, 2)
+        both = np.ascontiguousarray(both)
+        if self.polarised:
+            both *= 0.5
+        return LampSections(theta, both, running_integral(both, theta))
 
     def area(self, radius_m: Array) -> Array:
         """Squares of radii: of the rows' own one where there is only one, to the last digit."""
@@ -299,23 +315,9 @@ def _under_lamps(setup: _Setup, rays: Rays, grid: Grid) -> Array:
         if setup.sections is None:
             total += integrate_lamp(pieces, attenuation, share, _bows(setup), colour)
         else:
-            row, sections = setup.row_place(pieces.radius), _lamp_sections(setup)
+            row, sections = setup.row_place(pieces.radius), setup.lamp_sections
             total += integrate_lamp_rows(pieces, attenuation, row, share, sections, colour)
     return total
-
-
-def _lamp_sections(setup: _Setup) -> LampSections:
-    """Cross-sections without a disc at angles twice as close as the shader's own."""
-    assert setup.sections is not None
-    assert setup.rows is not None
-    largest, unit = setup.volume.size_range_um[1] * 1e-6, setup.world.scatterer.medium.bow_unit
-    theta = angle_axis(0.0, np.pi, 0.0, largest, unit).angles()
-    theta = np.sort(np.concatenate([theta, 0.5 * (theta[1:] + theta[:-1])]))
-    both = row_sections(setup.sections, setup.rows, theta, 0.0).transpose(1, 0, 3, 2)
-    both = np.ascontiguousarray(both)
-    if setup.polarised:
-        both *= 0.5
-    return LampSections(theta, both, running_integral(both, theta))
 
 
 def _bows(setup: _Setup) -> Bows:

@@ -29,6 +29,7 @@ from rtbow.base.limits import (
     SALINITIES_G_KG,
     SALT_WATER_C,
     SIZE_SPREADS,
+    TOP_M,
     WATER_C,
 )
 from rtbow.physics.constants import VISIBLE_NM
@@ -461,14 +462,23 @@ class Scene(Table):
             raise ValidationError.from_exception_data(type(self).__name__, problems)
         return self
 
+    @property
+    def has_surroundings(self) -> bool:
+        """Whether the air's own light or a ground is drawn."""
+        glows = self.atmosphere is not None and self.atmosphere.sky
+        return glows or self.ground is not None
+
     @model_validator(mode="after")
-    def _eye_above_ground(self) -> Self:
-        """Refuse an eye in the ground, where there is one."""
+    def _eye_in_the_air(self) -> Self:
+        """Refuse an eye in the ground or above the air, where they are drawn."""
         height = self.camera.position_m[2]
-        if self.ground is None or height >= 0.0:
+        if not self.has_surroundings or 0.0 <= height <= TOP_M:
             return self
         problem = InitErrorDetails(
-            type=refused(f"{height:g} m up; must be 0 or more where there is a ground"),
+            type=refused(
+                f"{height:g} m up; must be 0..{TOP_M:g} with atmosphere.sky or ground: above the"
+                " ground, and where air is taken to be"
+            ),
             loc=("camera", "position_m"),
             input=list(self.camera.position_m),
         )

@@ -22,6 +22,14 @@ class Surroundings:
 
 def surroundings(scene: Scene) -> Surroundings | None:
     """Give what a scene has around its drops; None if there is nothing."""
+    if not scene.has_surroundings:
+        return None
     glows = scene.atmosphere is not None and scene.atmosphere.sky
-    albedo = None if scene.ground is None else scene.ground.albedo
-    return Surroundings(glows, albedo) if glows or albedo is not None else None
+    return Surroundings(glows, None if scene.ground is None else scene.ground.albedo)
+
+
+def surroundings_notes(scene: Scene) -> tuple[str, ...]:
+    """Say what of the lights a scene's surroundings do not show."""
+    if scene.has_surroundings and any(light.type == "point" for light in scene.light):
+        return ("lamps light the drops alone, not the air that glows nor the ground",)
+    return ()

@@ -26,7 +26,7 @@ from rtbow.world.lights import Sun, lamps, light_notes, suns
 from rtbow.world.optics import Optics, scene_optics
 from rtbow.world.rain.drops import left_out
 from rtbow.world.rain.volume import DropletVolume, scene_volume
-from rtbow.world.sky import Surroundings, surroundings
+from rtbow.world.sky import Surroundings, surroundings, surroundings_notes
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Sections, Theory
@@ -249,7 +249,11 @@ def _notes(scene: Scene) -> tuple[str, ...]:
     """Say what of a scene is not drawn as it stands."""
     radius = scene.droplets.radius
     told = "" if radius is None else left_out(radius)
-    return (*((f"droplets.radius: {told}",) if told else ()), *light_notes(scene))
+    return (
+        *((f"droplets.radius: {told}",) if told else ()),
+        *surroundings_notes(scene),
+        *light_notes(scene),
+    )
 
 
 def moved(world: World, scene: Scene) -> World | None:

@@ -118,6 +118,12 @@ def measured(
     for part, (world, place) in enumerate(zip(worlds, columns, strict=True)):
         if world.optics.lamps:
             left_out.append("bows of lamps are not circles about a point and are not measured")
+        if world.around is not None:
+            left_out.append(
+                "bows before a sky or a ground are not measured: their numbers are those of the"
+                " rain's own light; render without atmosphere.sky and ground"
+            )
+            continue
         if world.view.pixel_deg > MOST_PIXEL_DEG and world.optics.suns:
             left_out.append(
                 f"pixels of {world.view.pixel_deg:.3g} deg are too coarse to measure bows; they"

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Values, floats
-from rtbow.physics.air.rayleigh import horizon_rad
+from rtbow.base.limits import TOP_M
+from rtbow.physics.air.rayleigh import ALTITUDE_CURVE, horizon_rad
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
-
-TOP_M = 100_000.0
-"""Where the air ends: 4e-6 of its molecules are above."""
 
 Density = Callable[[Values], Array]
 """Gives the share of a vertical column that a metre holds, 1/m, at heights in m."""
@@ -21,9 +19,6 @@ _STEP_M = 100.0
 """Between heights at which densities are kept: straight lines between them are within 2e-5 of the
 molecules'."""
 _ROWS, _COLUMNS = 160, 384
-CURVE = 5.0
-"""Altitudes above the horizon go as (e^(q·CURVE) - 1): dense where columns change by a third per
-degree."""
 
 
 def molecules_density(height_m: Values) -> Array:
@@ -41,8 +36,8 @@ class Shells:
     Attributes:
         density: of each constituent at even heights from 0 to ``TOP_M`` (C, N), 1/m.
         log_column: logarithms of the columns towards a sun (C, rows, columns): over the root of the
-            height, and the altitude above its horizon (see ``CURVE``). Bilinear look-up is within
-            2e-4 of a molecules' column.
+            height, and the altitude above its horizon by ``ALTITUDE_CURVE``. Bilinear look-up is
+            within 2e-4 of a molecules' column.
     """
 
     density: Array
@@ -62,7 +57,8 @@ def _log_columns(density: Density) -> Array:
     height = TOP_M * np.linspace(0.0, 1.0, _ROWS)[:, None] ** 2
     q = np.linspace(0.0, 1.0, _COLUMNS)[None, :]
     horizon = horizon_rad(height)
-    altitude = horizon + (0.5 * np.pi - horizon) * np.expm1(CURVE * q) / np.expm1(CURVE)
+    share = np.expm1(ALTITUDE_CURVE * q) / np.expm1(ALTITUDE_CURVE)
+    altitude = horizon + (0.5 * np.pi - horizon) * share
     sine = np.sin(np.maximum(altitude, horizon + 1e-9))
     up = _rising(density, np.broadcast_to(height, sine.shape), np.abs(sine))
     # A ray that descends passes its lowest point: the whole level path through it, less the part

@@ -18,7 +18,8 @@ import numpy as np
 
 from rtbow.base.arrays import Array
 from rtbow.base.compiled import compiled, prange
-from rtbow.physics.air.shells import CURVE, TOP_M
+from rtbow.base.limits import TOP_M
+from rtbow.physics.air.rayleigh import ALTITUDE_CURVE
 from rtbow.physics.constants import EARTH_RADIUS_M
 
 _SCATTERED = 3.0 / (8.0 * np.pi)
@@ -52,7 +53,8 @@ def _columns_to_sun(height: float, sine: float, log_column: Array, columns: Arra
     altitude = np.arcsin(min(max(sine, -1.0), 1.0))
     if altitude < horizon:
         return False
-    q = np.log1p((altitude - horizon) / (0.5 * np.pi - horizon) * np.expm1(CURVE)) / CURVE
+    share = (altitude - horizon) / (0.5 * np.pi - horizon)
+    q = np.log1p(share * np.expm1(ALTITUDE_CURVE)) / ALTITUDE_CURVE
     rows, count = log_column.shape[1], log_column.shape[2]
     y, x = np.sqrt(min(height / TOP_M, 1.0)) * (rows - 1), q * (count - 1)
     i, j = min(int(y), rows - 2), min(int(x), count - 2)
@@ -143,9 +145,17 @@ def gather_ray(
         for a in range(3):
             axes[2, a] /= r
             sine += axes[2, a] * sun[a]
-        level = np.sqrt(max(1.0 - sine * sine, 1e-14))
+        level = 0.0
         for a in range(3):
-            axes[0, a] = (sun[a] - sine * axes[2, a]) / level
+            axes[0, a] = sun[a] - sine * axes[2, a]
+            level += axes[0, a] ** 2
+        if level < 1e-12:  # under a sun in the zenith all azimuths are alike
+            for a in range(3):
+                axes[0, a] = (1.0 if a == 0 else 0.0) - axes[2, 0] * axes[2, a]
+            level = 1.0 - axes[2, 0] ** 2
+        level = np.sqrt(level)
+        for a in range(3):
+            axes[0, a] /= level
         axes[1, 0] = axes[2, 1] * axes[0, 2] - axes[2, 2] * axes[0, 1]
         axes[1, 1] = axes[2, 2] * axes[0, 0] - axes[2, 0] * axes[0, 2]
         axes[1, 2] = axes[2, 0] * axes[0, 1] - axes[2, 1] * axes[0, 0]

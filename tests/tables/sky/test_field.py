@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
-from rtbow.physics.air.shells import TOP_M, molecules_density, shells
+from rtbow.physics.air.shells import molecules_density, shells
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.tables.sky.field import no_field, sky_field
 from rtbow.tables.sky.transport import gather_ray, ray_end
@@ -175,6 +176,13 @@ def test_no_light_is_lost(air, fields, altitude):
     wider = ((EARTH_RADIUS_M + top) / EARTH_RADIUS_M) ** 2
     total = (down + diffuse + wider * up) / towards[2]
     np.testing.assert_allclose(total, 1.0, atol=0.01)
+
+
+def test_a_sun_in_the_zenith_is_no_other_than_one_beside_it(air, fields):
+    up, beside = (
+        sky(air, fields[0.3], 0.3, direction(sun), direction(90.0)) for sun in (90.0, 89.9)
+    )
+    np.testing.assert_allclose(up[0], beside[0], rtol=1e-3)
 
 
 def test_rays_end_at_the_ground_or_where_air_does():
