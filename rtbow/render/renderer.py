@@ -374,12 +374,17 @@ class Renderer:
     ) -> list[Method]:
         worlds = self._resolved()
         # Imported when used: each brings modules that the other does not need.
+        from rtbow.render.wide_pixels import in_parts, whole
+
         if method != "spectral":
             from rtbow.render.fast.method import FastMethod
 
             frugal = method == "auto"
             try:
-                return [FastMethod(context, world, building, frugal=frugal) for world in worlds]
+                return [
+                    whole(FastMethod(context, in_parts(world), building, frugal=frugal), world)
+                    for world in worlds
+                ]
             except UnsuitedError as error:
                 if method == "fast":
                     raise
@@ -388,7 +393,9 @@ class Renderer:
             worlds = [_sharp(world) for world in worlds]
         from rtbow.render.spectral.method import SpectralMethod
 
-        return [SpectralMethod(context, world, building) for world in worlds]
+        return [
+            whole(SpectralMethod(context, in_parts(world), building), world) for world in worlds
+        ]
 
     def close(self) -> None:
         """Release the GL context and all that lives on it; a second call does nothing.

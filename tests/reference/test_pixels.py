@@ -79,6 +79,25 @@ def test_twice_as_many_points_change_little(monkeypatch):
     assert np.abs(twice - once).max() < 5e-3 * twice.max()
 
 
+def test_a_single_pixel_holds_a_whole_bow():
+    """A ring as wide as the bow of half-millimetre drops, off the axis: by its closed form."""
+    radius, width = np.radians(42.0), 8e-3
+
+    def ring(rays, middle):
+        return np.exp(-0.5 * ((np.arccos(rays @ middle) - radius) / width) ** 2)[:, None]
+
+    # 2 pi sin(radius) times a bell curve's integral, but for its width's square; over the pyramid.
+    light = 2.0 * np.pi * np.sin(radius) * np.exp(-0.5 * width**2) * np.sqrt(2.0 * np.pi) * width
+    expected = light / (4.0 * np.arcsin(np.sin(np.radians(50.0)) ** 2))
+    view = view_of(Camera(size_px=(1, 1), fov_deg=100.0, altitude_deg=0.0))
+    zero = np.array([0])
+    for altitude in np.radians([0.0, 2.0, 4.0, 6.0, 7.0]):
+        middle = np.array([0.0, np.cos(altitude), np.sin(altitude)])
+        got = pixel_means(view, zero, zero, 4.65e-3, lambda rays, m=middle: ring(rays, m))
+        # Up to 9 % off with no more than 987 points.
+        assert got[0, 0] == pytest.approx(expected, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_some_pixels_are_those_of_the_frame():
     changes = {"render.wavelength_step_nm": 40.0, "camera.size_px": [5, 3], "camera.pixel": "area"}
