@@ -19,8 +19,6 @@ _POINTS_PER_DISC = 16.0
 """Points of a pixel for each radius of the light's disc along its diagonal, beside the least."""
 _POINT_LIGHT_RAD = 5e-4
 """What counts as the radius of a light without a disc: fringes of large drops are as fine."""
-_RAYS = 1024
-"""Rays whose light is summed at a time, where pixels are few and their points many."""
 
 
 def pixel_points(view: View, disc_rad: float) -> Array:
@@ -44,7 +42,12 @@ def pixel_points(view: View, disc_rad: float) -> Array:
 
 
 def pixel_means(
-    view: View, rows: Indices, columns: Indices, disc_rad: float, radiance: Callable[[Array], Array]
+    view: View,
+    rows: Indices,
+    columns: Indices,
+    disc_rad: float,
+    radiance: Callable[[Array], Array],
+    rays_at_a_time: int,
 ) -> Array:
     """Average what comes along rays over pixels, each weighted by its solid angle.
 
@@ -57,6 +60,7 @@ def pixel_means(
         columns: column of each (n,).
         disc_rad: angular radius of the narrowest light.
         radiance: takes unit directions (n, 3), returns values (n, channels).
+        rays_at_a_time: how many of these it is to take; no fewer than there are pixels.
 
     Returns:
         Means (n, channels).
@@ -64,7 +68,7 @@ def pixel_means(
     total: Array | float = 0.0
     whole: Array | float = 0.0
     points = pixel_points(view, disc_rad)
-    together = max(_RAYS // max(len(rows), 1), 1)
+    together = max(rays_at_a_time // max(len(rows), 1), 1)
     for first in range(0, len(points), together):
         across, down = points[first : first + together].T
         rays, shares = view.rays_through(

@@ -63,6 +63,8 @@ _LAMP_PIECE_RAD = 0.01
 cross-section's integral over it is exact."""
 _DISC_NODES = 16
 """Nodes over the disc beside those that the fringe phase across it asks for."""
+_RAYS = 1024
+"""Rays that are integrated together where pixels are few, and their points many."""
 _SECTION_VALUES = 8_000_000
 """Cross-sections held at a time: rows of pixels are rendered in as many groups as that takes."""
 
@@ -425,7 +427,18 @@ def radiance_of_pixels(world: World, rows: Indices, columns: Indices) -> Array:
 def _means(setup: _Setup, rows: Indices, columns: Indices) -> Array:
     """Means over the solid angles of pixels (n, 3)."""
     disc = min((sun.disc_rad for sun in setup.optics.suns), default=0.0)
-    return pixel_means(setup.world.view, rows, columns, disc, lambda rays: _gathered(setup, rays))
+    return pixel_means(
+        setup.world.view, rows, columns, disc, lambda rays: _gathered(setup, rays),
+        _rays_at_a_time(setup),
+    )  # fmt: skip
+
+
+def _rays_at_a_time(setup: _Setup) -> int:
+    """Rays whose cross-sections are held together."""
+    if setup.rows is None:
+        return _RAYS
+    each = len(setup.rows.radius_m) * len(setup.optics.wavelength_nm) * 2
+    return min(_SECTION_VALUES // each, _RAYS)
 
 
 def _rows_at_a_time(setup: _Setup, width: int, height: int) -> int:
