@@ -149,6 +149,11 @@ class World:
         )
 
     @property
+    def looks(self) -> bool:
+        """Whether the scene says what the camera looks at, and so takes no angles beside it."""
+        return self._scene.camera.look is not None
+
+    @property
     def rain_per_m(self) -> float:
         """Greatest extinction by the rain, 1/m; 0 where it does not attenuate."""
         return self.rain.greatest if self.rain is not None else 0.0

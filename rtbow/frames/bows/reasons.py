@@ -109,7 +109,7 @@ def _cause(world: World, sight: Sight) -> str:
 def _remedies(world: World, sight: Sight) -> Iterator[str]:
     """Propose changes from the least to the greatest; empty texts where they do not help."""
     for keys, changed in _turns(sight):
-        yield _if(changed.bow_shows, keys, "the bow")
+        yield _turned(world, changed.bow_shows, keys, changed, "the bow")
     for fov_deg in _WIDER_DEG:
         if fov_deg > sight.view.fov_deg:
             widened = sight.widened(fov_deg)
@@ -118,7 +118,7 @@ def _remedies(world: World, sight: Sight) -> Iterator[str]:
         yield _if(changed.bow_shows, keys, "a bow")
     if not sight.rain_shows:
         for keys, changed in _towards(sight, sight.box_m.mean(axis=0) - sight.view.eye_m):
-            yield _if(changed.rain_shows, keys, "the rain")
+            yield _turned(world, changed.rain_shows, keys, changed, "the rain")
 
 
 def _if(helps: bool, keys: Keys, what: str) -> str:
@@ -126,6 +126,14 @@ def _if(helps: bool, keys: Keys, what: str) -> str:
         return ""
     values = " and ".join(f"{key} = {value:g}" for key, value in keys.items())
     return f"{values} {'shows' if len(keys) == 1 else 'show'} {what}"
+
+
+def _turned(world: World, helps: bool, keys: Keys, changed: Sight, what: str) -> str:
+    """Propose angles of the camera, or where it looks if its scene says that."""
+    if not (helps and world.looks):
+        return _if(helps, keys, what)
+    azimuth, altitude = (_rounded(angle) for angle in changed.looking_deg)
+    return f"camera.look = [{azimuth:g}, {altitude:g}] shows {what}"
 
 
 def _turns(sight: Sight) -> Iterator[tuple[Keys, Sight]]:

@@ -31,6 +31,16 @@ def test_nothing_is_said_where_a_bow_shows(name):
     assert said(name, {}) == ()
 
 
+def test_a_camera_that_follows_is_told_where_to_look():
+    """Angles beside camera.look would be refused."""
+    wide = {"camera.look": "antisolar", "camera.fov_deg": 60.0}
+    (note,) = said("uniform", wide, 0.0)
+    angles = re.search(r"camera\.look = \[(\S+), (\S+)\] shows", note)
+    assert angles, note
+    look = [float(angles[1]), float(angles[2])]
+    assert said("uniform", {**wide, "camera.look": look}) == ()
+
+
 CASES = {
     "behind": ({"camera.azimuth_deg": 180.0, "droplets.box_m": [[-1e3] * 3, [1e3] * 3]},
                ("opposite the sun (light.0), behind the camera",)),
