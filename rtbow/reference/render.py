@@ -173,7 +173,8 @@ def _set_up(world: World, building: Progress = no_progress, optics: Optics | Non
     rows = None if sections is None else radius_axis((least, most), volume.sizes)
     sky = None
     if world.around is not None:
-        sky = Sky.of(world.around, optics.wavelength_nm, optics.air_depth, building)
+        nm, depth = optics.wavelength_nm, optics.air_depth
+        sky = Sky.of(world.around, nm, depth, lit=bool(optics.suns), progress=building)
     return _Setup(world, optics, _moments(volume), sections, rows, sky)
 
 
@@ -181,7 +182,7 @@ def _rays(setup: _Setup, directions: Array) -> Rays:
     """Rays from the eye in some directions (n, 3), as the kernels take them."""
     entry, leave = box_span(setup.origin, directions, setup.volume.box_m)
     if setup.sky is not None:  # drops in the ground are not seen
-        ground = np.maximum(setup.sky.ground_distance(setup.origin, directions), entry)
+        ground = np.maximum(setup.sky.ground_distance(float(setup.origin[2]), directions), entry)
         leave = np.where(leave > entry, np.minimum(leave, ground), leave)
     return Rays(setup.origin, directions, entry, leave, setup.longest(leave - entry))
 

@@ -14,11 +14,11 @@ import numpy as np
 from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.base.compiled import compiled, prange
 from rtbow.physics.air.rayleigh import rayleigh_depth
-from rtbow.physics.air.shells import Shells, molecules_density, shells
+from rtbow.physics.air.shells import molecular_shells
 from rtbow.physics.constants import VISIBLE_NM
 from rtbow.reference.rays import Rays
-from rtbow.tables.sky.field import SkyField, no_field, sky_field
-from rtbow.tables.sky.transport import gather_ray, ray_end
+from rtbow.tables.sky.field import field_at, no_field, sky_field
+from rtbow.tables.sky.transport import Air, Path, Scattered, gather_ray, ray_end, ray_ends
 from rtbow.world.lights import Sun
 from rtbow.world.sky import Surroundings
 
@@ -35,46 +35,48 @@ class Sky:
 
     Attributes:
         around: what there is.
-        air: the constituents over height.
-        depth: their vertical depths (C, W).
-        albedo: of the ground (W,); zeros where there is none.
-        field: what was scattered before; of zeros where the air does not glow.
+        air: the air and the ground; an albedo of 0 where there is none.
+        scattered: what was scattered before; nothing where the air does not glow.
     """
 
     around: Surroundings
-    air: Shells
-    depth: Array
-    albedo: Array
-    field: SkyField
+    air: Air
+    scattered: Scattered
 
     @classmethod
     def of(
-        cls, around: Surroundings, wavelength_nm: Array, air_depth: Array,
+        cls, around: Surroundings, wavelength_nm: Array, air_depth: Array, *, lit: bool,
         progress: Progress = no_progress,
     ) -> Sky:  # fmt: skip
-        """Solve for a sky at wavelengths (W,) with the molecules' vertical depths (W,)."""
-        air = shells([molecules_density])
-        whole = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, _FIELD_STEP_NM)
-        albedo = around.albedo or 0.0
-        if around.glows:
-            depth = rayleigh_depth(whole)[None]
-            field = sky_field(air, depth, np.full(len(whole), albedo), progress)
-            field = field.at(whole, wavelength_nm)
-        else:
-            field = no_field(len(wavelength_nm))
-        return cls(around, air, floats(air_depth)[None], np.full(len(wavelength_nm), albedo), field)
+        """Solve for a sky.
 
-    def ground_distance(self, eye_m: Array, directions: Array) -> Array:
-        """Distances at which rays (n, 3) meet the ground, m; infinite where they do not."""
+        Args:
+            around: what there is.
+            wavelength_nm: the wavelengths (W,).
+            air_depth: the molecules' vertical depths (W,).
+            lit: whether there is a sun; without one there is nothing to solve.
+            progress: wraps the loop over orders of scattering.
+        """
+        albedo = around.albedo or 0.0
+        shells, waves = molecular_shells(), len(wavelength_nm)
+        scattered = no_field(waves)
+        if around.glows and lit:
+            nodes = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, _FIELD_STEP_NM)
+            solved = Air(*shells, rayleigh_depth(nodes)[None], np.full(len(nodes), albedo))
+            scattered = field_at(sky_field(solved, progress), nodes, wavelength_nm)
+        air = Air(*shells, floats(air_depth)[None], np.full(waves, albedo))
+        return cls(around, air, scattered)
+
+    def ground_distance(self, height_m: float, directions: Array) -> Array:
+        """Distances at which rays from a height meet the ground (n,), m; infinite where they do
+        not."""
         if self.around.albedo is None:
             return np.full(len(directions), np.inf)
-        ends = [ray_end(max(float(eye_m[2]), 0.0), float(ray[2])) for ray in directions]
-        return floats([distance if met else np.inf for distance, met in ends])
+        return floats(ray_ends(height_m, directions[:, 2])[0])
 
     def edges(self, rays: Rays) -> Array:
         """Give where each ray's pieces end (n, S + 1), m, ascending from 0."""
-        height = max(float(rays.origin[2]), 0.0)
-        end = floats([ray_end(height, float(ray[2]))[0] for ray in rays.directions])
+        end = ray_ends(float(rays.origin[2]), rays.directions[:, 2])[1]
         dense = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
         through = rays.leave > rays.entry
         first = np.where(through, np.minimum(rays.entry, end), 0.0)
@@ -98,9 +100,7 @@ class Sky:
         angle = np.linalg.norm(rays.directions - sun.direction, axis=1)
         disc = np.where(angle < 2.0 * np.sin(0.5 * sun.disc_rad), _disc_radiance(sun), 0.0)
         return _gather_rays(
-            max(float(rays.origin[2]), 0.0), sun.direction, rays.directions, edges, rain,
-            rain_ratio, self.depth, self.air.density, self.air.log_column, self.albedo,
-            self.field.heights_m, self.field.zeniths_rad, self.field.mean, self.field.ground,
+            rays, edges, rain, rain_ratio, sun.direction, self.air, self.scattered,
             float(self.around.glows), np.ascontiguousarray(probes), disc,
         )  # fmt: skip
 
@@ -114,21 +114,19 @@ def _disc_radiance(sun: Sun) -> float:
 
 @compiled(parallel=True)
 def _gather_rays(
-    height: float, sun: Array, rays: Array, edges: Array, rain: Array, rain_ratio: Array,
-    depth: Array, density: Array, log_column: Array, albedo: Array, heights: Array,
-    zeniths: Array, field: Array, ground: Array, glow: float, probes: Array, disc: Array,
+    rays: Rays, edges: Array, rain: Array, rain_ratio: Array, sun: Array, air: Air,
+    scattered: Scattered, glow: float, probes: Array, disc: Array,
 ) -> Array:  # fmt: skip
-    waves = depth.shape[1]
-    seen = np.zeros((len(rays), waves))
-    for n in prange(len(rays)):
+    height, waves = rays.origin[2], air.depth.shape[1]
+    seen = np.zeros((len(edges), waves))
+    for n in prange(len(edges)):
+        ray = rays.directions[n]
         out, through = np.zeros((waves, 1)), np.zeros(waves)
-        gather_ray(
-            height, sun, rays[n], edges[n], rain[n], rain_ratio, depth, density, log_column,
-            albedo, heights, zeniths, field, ground, True, glow, probes[n : n + 1], out, through,
-        )  # fmt: skip
-        free = not ray_end(height, rays[n, 2])[1]
+        path = Path(height, ray, edges[n], rain[n], rain_ratio)
+        gather_ray(path, sun, air, scattered, True, glow, probes[n : n + 1], out, through)
+        free = not ray_end(height, ray[2])[1]
         half = 0.5 * (probes[n, 0, 0] + probes[n, 1, 1] + probes[n, 2, 2])
-        half -= 0.5 * (rays[n] @ probes[n] @ rays[n])
+        half -= 0.5 * (ray @ probes[n] @ ray)
         for w in range(waves):
             seen[n, w] = out[w, 0]
             if free:

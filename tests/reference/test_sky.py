@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,6 +10,7 @@ from rtbow.base.errors import InputError
 from rtbow.physics.geometry import direction
 from rtbow.reference.render import radiance_along, spectral_radiance_along
 from rtbow.world.world import resolve
+from textbook import molecular_sky
 
 pytestmark = pytest.mark.slow
 
@@ -49,9 +47,6 @@ def test_the_suns_disc_is_its_irradiance():
 SKY = {"atmosphere.rayleigh": True, "atmosphere.sky": True, "light.0.altitude_deg": 20.0}
 
 
-MOLECULES = Path(__file__).parents[1] / "tables" / "sky" / "molecules.csv"
-
-
 @pytest.mark.parametrize(("sun", "albedo"), [(40.0, 0.0), (10.0, 0.3)])
 def test_the_sky_of_a_scene_is_that_of_another_program(sun, albedo):
     """Through the scene's own wavelengths, weights and pieces: spectral radiance by irradiance."""
@@ -60,13 +55,8 @@ def test_the_sky_of_a_scene_is_that_of_another_program(sun, albedo):
         "light.0.spectrum": "equal-energy", "light.0.irradiance_w_m2": 400.0,
         "camera.position_m": [0.0, 0.0, 0.0], "render.wavelength_step_nm": 10.0,
     }  # fmt: skip
-    lines = MOLECULES.read_text("utf-8").splitlines()
     rows = [
-        {key: float(value) for key, value in row.items()}
-        for row in csv.DictReader(line for line in lines if not line.startswith("#"))
-    ]
-    rows = [
-        row for row in rows
+        row for row in molecular_sky()
         if (row["sun_altitude_deg"], row["ground_albedo"]) == (sun, albedo)
         and row["elevation_deg"] >= 3.0
     ]  # fmt: skip

@@ -1,7 +1,9 @@
 """Physics written out once more, from the textbooks' formulas, sharing no code with rtbow."""
 
+import csv
 from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -130,3 +132,10 @@ def panels(low, high, count):
     edges = np.linspace(low, high, count + 1)
     half = 0.5 * np.diff(edges)[:, None]
     return (edges[:-1, None] + half * (1.0 + nodes)).ravel(), (half * gauss).ravel()
+
+
+def molecular_sky():
+    """Places of a sky of molecules and what SASKTRAN2 has there, as dictionaries of numbers."""
+    path = Path(__file__).parents[1] / "tables" / "sky" / "molecules.csv"
+    lines = [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
+    return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]

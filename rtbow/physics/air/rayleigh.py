@@ -161,11 +161,17 @@ ALTITUDE_CURVE = 5.0
 
 def column_table() -> ColumnTable:
     """Compute the column table by quadrature in float64."""
-    height = MAX_HEIGHT_M * np.linspace(0.0, 1.0, _ROWS)[:, None] ** 2
-    q = np.linspace(0.0, 1.0, _COLUMNS)[None, :]
+    return ColumnTable(log_columns(MAX_HEIGHT_M, _ROWS, _COLUMNS).astype(np.float32))
+
+
+def log_columns(top_m: float, rows: int, columns: int) -> Array:
+    """Give logarithms of the sun column over height and altitude, laid out as in
+    :class:`ColumnTable`: rows up to ``top_m``, altitudes by ``ALTITUDE_CURVE``; (rows, columns)."""
+    height = top_m * np.linspace(0.0, 1.0, rows)[:, None] ** 2
+    q = np.linspace(0.0, 1.0, columns)[None, :]
     horizon = horizon_rad(height)
     span = 0.5 * np.pi - horizon
     altitude = horizon + span * np.expm1(ALTITUDE_CURVE * q) / np.expm1(ALTITUDE_CURVE)
     # The grazing ray itself is on the edge of the shadow: start a hair above it.
     column = sun_column(height, np.maximum(altitude, horizon + 1e-9))
-    return ColumnTable(np.log(column).astype(np.float32))
+    return floats(np.log(column))

@@ -16,16 +16,13 @@ multiple scattering takes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from rtbow.base.arrays import Array, Progress, Steps, floats, no_progress
 from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import horizon_rad
-from rtbow.physics.air.shells import Shells
-from rtbow.tables.sky.transport import COMPONENTS, gather_nodes
+from rtbow.tables.sky.transport import COMPONENTS, Air, Scattered, gather_nodes
 
 _HEIGHTS_M = TOP_M * np.linspace(0.0, 1.0, 24) ** 2.5
 _ZENITHS_DEG = (
@@ -49,89 +46,59 @@ PROBES[0, 0, 0] = PROBES[1, 1, 1] = PROBES[2, 2, 2] = 1.0
 PROBES[3, 0, 2] = PROBES[3, 2, 0] = 0.5
 
 
-@dataclass(frozen=True)
-class SkyField:
-    """What has been scattered at least once, per irradiance above the air.
-
-    Attributes:
-        heights_m: of the nodes (H,).
-        zeniths_rad: of the sun at the nodes (Z,).
-        mean: components of the integral of the coherency tensor over all directions (H, Z, W, 4):
-            see :mod:`rtbow.tables.sky.transport`.
-        ground: diffuse irradiance of the ground (Z, W).
-    """
-
-    heights_m: Array
-    zeniths_rad: Array
-    mean: Array
-    ground: Array
-
-    def at(self, wavelength_nm: Array, wanted_nm: Array) -> SkyField:
-        """Interpolate from the field's own wavelengths (W,) to others (V,), by cubics."""
-        from scipy.interpolate import CubicSpline
-
-        if np.array_equal(wavelength_nm, wanted_nm):
-            return self
-        mean = CubicSpline(wavelength_nm, self.mean, axis=2)(wanted_nm)
-        ground = CubicSpline(wavelength_nm, self.ground, axis=1)(wanted_nm)
-        return SkyField(
-            self.heights_m, self.zeniths_rad, np.ascontiguousarray(mean),
-            np.ascontiguousarray(ground),
-        )  # fmt: skip
-
-
-def sky_field(
-    air: Shells, depth: Array, albedo: Array, progress: Progress = no_progress
-) -> SkyField:
+def sky_field(air: Air, progress: Progress = no_progress) -> Scattered:
     """Solve for a sky, or take it from the cache.
 
     Args:
-        air: its constituents; the first one scatters as molecules do, the others absorb.
-        depth: their vertical depths (C, W).
-        albedo: of the ground (W,).
+        air: the air and the ground, at W wavelengths.
         progress: wraps the loop over orders.
     """
-    zeniths = np.radians(_ZENITHS_DEG)
+    empty = no_field(air.depth.shape[1])
 
     def build() -> dict[str, Array]:
-        mean, ground = _all_orders(air, depth, albedo, zeniths, progress)
-        return {"mean": mean, "ground": ground}
+        solved = _all_orders(air, empty, progress)
+        return {"mean": solved.mean, "ground": solved.ground}
 
     code = source_digest("base.limits", "physics.air", "physics.constants", "tables.sky")
-    given = (air.density, air.log_column, depth, albedo)
-    key = " ".join([code, *(f"{part.shape} {part.tobytes()!r}" for part in given)])
+    key = " ".join([code, *(f"{part.shape} {part.tobytes()!r}" for part in air)])
     kept = cached_arrays("sky", key, build)
-    return SkyField(_HEIGHTS_M, zeniths, floats(kept["mean"]), floats(kept["ground"]))
+    return empty._replace(mean=floats(kept["mean"]), ground=floats(kept["ground"]))
 
 
-def no_field(waves: int) -> SkyField:
+def no_field(waves: int) -> Scattered:
     """Give the field of air that does not scatter, at a number of wavelengths."""
     zeniths = np.radians(_ZENITHS_DEG)
     mean = np.zeros((len(_HEIGHTS_M), len(zeniths), waves, COMPONENTS))
-    return SkyField(_HEIGHTS_M, zeniths, mean, np.zeros((len(zeniths), waves)))
+    return Scattered(_HEIGHTS_M, zeniths, mean, np.zeros((len(zeniths), waves)))
 
 
-def _all_orders(
-    air: Shells, depth: Array, albedo: Array, zeniths: Array, progress: Progress
-) -> tuple[Array, Array]:
+def field_at(field: Scattered, wavelength_nm: Array, wanted_nm: Array) -> Scattered:
+    """Interpolate a field from its own wavelengths (W,) to others (V,), by cubics."""
+    from scipy.interpolate import CubicSpline
+
+    mean = CubicSpline(wavelength_nm, field.mean, axis=2)(wanted_nm)
+    ground = CubicSpline(wavelength_nm, field.ground, axis=1)(wanted_nm)
+    return field._replace(mean=np.ascontiguousarray(mean), ground=np.ascontiguousarray(ground))
+
+
+def _all_orders(air: Air, empty: Scattered, progress: Progress) -> Scattered:
     sines, weights = _rays()
-    waves = depth.shape[1]
-    field = np.zeros((len(_HEIGHTS_M), len(zeniths), waves, COMPONENTS))
-    ground = np.zeros((len(zeniths), waves))
-    mean, below, before = field, ground, np.ones(waves)
+    one, total, before = empty, empty, np.ones(air.depth.shape[1])
     for order in progress(Steps(_MOST_ORDERS, "the sky's orders of scattering")):
-        field, ground = gather_nodes(
-            depth, air.density, air.log_column, albedo, _HEIGHTS_M, zeniths, field, ground,
-            order == 0, sines, weights, _AZIMUTHS, _PIECES, PROBES,
-        )  # fmt: skip
-        mean, below = mean + field, below + ground
-        added, whole = (part[..., :3].sum(axis=-1).max(axis=(0, 1)) for part in (field, mean))
+        mean, ground = gather_nodes(
+            air, one, order == 0, sines, weights, _AZIMUTHS, _PIECES, PROBES
+        )
+        one = one._replace(mean=mean, ground=ground)
+        total = total._replace(mean=total.mean + mean, ground=total.ground + ground)
+        added, whole = (part.mean[..., :3].sum(axis=-1).max(axis=(0, 1)) for part in (one, total))
         if np.all(added <= _LEAST * whole):
             ratio = added / np.maximum(before, 1e-300)
             rest = ratio / (1.0 - np.minimum(ratio, 0.99))
-            return mean + rest[:, None] * field, below + rest * ground
+            return total._replace(
+                mean=total.mean + rest[:, None] * mean, ground=total.ground + rest * ground
+            )
         before = added
-    return mean, below
+    return total
 
 
 def _rays() -> tuple[Array, Array]:

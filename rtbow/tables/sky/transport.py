@@ -14,6 +14,8 @@ towards the sun's azimuth.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rtbow.base.arrays import Array
@@ -25,6 +27,58 @@ from rtbow.physics.constants import EARTH_RADIUS_M
 _SCATTERED = 3.0 / (8.0 * np.pi)
 COMPONENTS = 4
 """Of the mean field A."""
+
+
+class Air(NamedTuple):
+    """Air over a ground.
+
+    Attributes:
+        density: of its constituents over height, as in :class:`rtbow.physics.air.shells.Shells`;
+            the first one scatters as molecules do, the others absorb.
+        log_column: their columns towards a sun, as there.
+        depth: their vertical depths (C, W).
+        albedo: of the ground (W,).
+    """
+
+    density: Array
+    log_column: Array
+    depth: Array
+    albedo: Array
+
+
+class Scattered(NamedTuple):
+    """What has been scattered at least once, per irradiance above the air.
+
+    Attributes:
+        heights_m: of the nodes (H,).
+        zeniths_rad: of the sun at the nodes (Z,).
+        mean: the four components of A (H, Z, W, 4).
+        ground: diffuse irradiance of the ground (Z, W).
+    """
+
+    heights_m: Array
+    zeniths_rad: Array
+    mean: Array
+    ground: Array
+
+
+class Path(NamedTuple):
+    """A ray in pieces, and the rain along it.
+
+    Attributes:
+        height_m: of its start; the frame's up is there.
+        ray: unit direction (3,).
+        edges: distances of the pieces' ends, m, ascending from 0 (S + 1,).
+        rain: optical depth of rain from the start to the middle of each piece, and to the end of
+            the last one (S + 1,).
+        rain_ratio: of the rain's depth at each wavelength over that (W,).
+    """
+
+    height_m: float
+    ray: Array
+    edges: Array
+    rain: Array
+    rain_ratio: Array
 
 
 @compiled()
@@ -81,119 +135,138 @@ def ray_end(height: float, sine: float) -> tuple[float, bool]:
 
 
 @compiled()
+def ray_ends(height: float, sines: Array) -> tuple[Array, Array]:
+    """Give :func:`ray_end` of rays (n,): distances, infinite where they miss the ground, and
+    distances at which they end in either way."""
+    grounds, ends = np.empty(len(sines)), np.empty(len(sines))
+    for n in range(len(sines)):
+        ends[n], met = ray_end(height, sines[n])
+        grounds[n] = ends[n] if met else np.inf
+    return grounds, ends
+
+
+@compiled()
+def _across(probe: Array, ray: Array) -> Array:
+    """The part of a probe that light along a ray meets: P N P (3, 3)."""
+    across = np.zeros((3, 3))
+    for a in range(3):
+        for b in range(3):
+            for c in range(3):
+                for d in range(3):
+                    left = (1.0 if a == c else 0.0) - ray[a] * ray[c]
+                    right = (1.0 if d == b else 0.0) - ray[d] * ray[b]
+                    across[a, b] += left * probe[c, d] * right
+    return across
+
+
+@compiled()
+def _local_frame(path: Path, distance: float, sun: Array, axes: Array) -> tuple[float, float]:
+    """Fill in the frame at a distance along a ray: towards the sun's azimuth, across, up (3, 3).
+
+    Returns:
+        The height there, m, and the sine of the sun's altitude.
+    """
+    start = EARTH_RADIUS_M + path.height_m
+    up = axes[2]
+    for a in range(3):
+        up[a] = distance * path.ray[a] + (start if a == 2 else 0.0)
+    r = np.sqrt(up[0] ** 2 + up[1] ** 2 + up[2] ** 2)
+    # (r² - r0²) / (r + r0), without the loss of digits of r - R.
+    rise = distance * (2.0 * start * path.ray[2] + distance) / (r + start)
+    for a in range(3):
+        up[a] /= r
+    sine = up[0] * sun[0] + up[1] * sun[1] + up[2] * sun[2]
+    towards = axes[0]
+    for a in range(3):
+        towards[a] = sun[a] - sine * up[a]
+    level = towards[0] ** 2 + towards[1] ** 2 + towards[2] ** 2
+    if level < 1e-12:  # under a sun in the zenith all azimuths are alike
+        for a in range(3):
+            towards[a] = (1.0 if a == 0 else 0.0) - up[0] * up[a]
+        level = 1.0 - up[0] ** 2
+    for a in range(3):
+        towards[a] /= np.sqrt(level)
+    axes[1, 0] = up[1] * towards[2] - up[2] * towards[1]
+    axes[1, 1] = up[2] * towards[0] - up[0] * towards[2]
+    axes[1, 2] = up[0] * towards[1] - up[1] * towards[0]
+    return min(max(path.height_m + rise, 0.0), TOP_M), sine
+
+
+@compiled()
+def _weigh(across: Array, axes: Array, sun: Array, weights: Array) -> None:
+    """Fill in what a probe gets of each component of A and, as the last one, of sunlight."""
+    weights[:] = 0.0
+    for a in range(3):
+        for b in range(3):
+            value = across[a, b]
+            for component in range(3):
+                weights[component] += value * axes[component, a] * axes[component, b]
+            weights[3] += 2.0 * value * axes[0, a] * axes[2, b]
+            weights[4] -= 0.5 * value * sun[a] * sun[b]
+    # Half of sunlight's field is along each direction across it.
+    weights[4] += 0.5 * (across[0, 0] + across[1, 1] + across[2, 2])
+
+
+@compiled()
+def _amounts(density: Array, height: float, length: float, amounts: Array) -> None:
+    """Fill in the share of each constituent's vertical column along a length at a height."""
+    last = density.shape[1] - 1
+    place = height / TOP_M * last
+    n = min(int(place), last - 1)
+    share = place - n
+    for c in range(len(amounts)):
+        amounts[c] = ((1.0 - share) * density[c, n] + share * density[c, n + 1]) * length
+
+
+@compiled()
 def gather_ray(
-    height: float, sun: Array, ray: Array, edges: Array, rain: Array, rain_ratio: Array,
-    depth: Array, density: Array, log_column: Array, albedo: Array, heights: Array,
-    zeniths: Array, field: Array, ground: Array, direct: bool, glow: float, probes: Array,
+    path: Path, sun: Array, air: Air, before: Scattered, direct: bool, glow: float, probes: Array,
     out: Array, through: Array,
 ) -> None:  # fmt: skip
     """Sum what comes along a ray from the air and the ground, as seen by some probes.
 
     Args:
-        height: of the ray's start, m; the frame's up is there.
-        sun: unit direction towards it there (3,).
-        ray: unit direction (3,).
-        edges: distances of the pieces' ends, ascending from 0 (S + 1,).
-        rain: optical depth of rain from the start to the middle of each piece (S,), and to the
-            ray's end as the last one (S + 1,).
-        rain_ratio: of the rain's depth at each wavelength over that (W,).
-        depth: vertical depths (C, W), of which the first is of what scatters.
-        density: of the constituents at even heights (C, N), 1/m.
-        log_column: as in :class:`rtbow.physics.air.shells.Shells`.
-        albedo: of the ground (W,).
-        heights: of the field's nodes (H,), m.
-        zeniths: of the sun's, rad (Z,).
-        field: the mean field of what was scattered before (H, Z, W, 4), over the irradiance.
-        ground: irradiance of the ground by what was scattered before (Z, W).
+        path: the ray.
+        sun: unit direction towards it at the ray's start (3,).
+        air: what scatters and absorbs, and the ground below.
+        before: what was scattered before.
         direct: with the light that comes from the sun itself.
         glow: share of what the air scatters that counts.
         probes: symmetric tensors (K, 3, 3): a probe gets the trace of its product with the light's.
         out: filled with what the probes get, per irradiance above the air (W, K), 1/sr.
         through: filled with the share of light from the ray's end that arrives (W,).
     """
-    waves, kinds, probed = depth.shape[1], depth.shape[0], len(probes)
-    steps = len(edges) - 1
-    columns, amount = np.zeros(kinds), np.zeros(kinds)
-    across = np.zeros((probed, 3, 3))
-    weight = np.zeros((probed, COMPONENTS + 1))
-    axes = np.zeros((3, 3))
-    # What of a probe is across the ray.
+    kinds, waves = air.depth.shape
+    probed = len(probes)
+    columns, amounts, axes = np.zeros(kinds), np.zeros(kinds), np.zeros((3, 3))
+    across, weight = np.zeros((probed, 3, 3)), np.zeros((probed, COMPONENTS + 1))
     for k in range(probed):
-        for a in range(3):
-            for b in range(3):
-                value = 0.0
-                for c in range(3):
-                    for d in range(3):
-                        left = (1.0 if a == c else 0.0) - ray[a] * ray[c]
-                        right = (1.0 if d == b else 0.0) - ray[d] * ray[b]
-                        value += left * probes[k, c, d] * right
-                across[k, a, b] = value
+        across[k] = _across(probes[k], path.ray)
     out[:] = 0.0
     through[:] = 1.0
-    for step in range(steps):
-        s = 0.5 * (edges[step] + edges[step + 1])
-        length = edges[step + 1] - edges[step]
-        r = 0.0
-        for a in range(3):
-            axes[2, a] = s * ray[a] + (EARTH_RADIUS_M + height if a == 2 else 0.0)
-            r += axes[2, a] ** 2
-        r = np.sqrt(r)
-        # (r² - r0²) / (r + r0), without the loss of digits of r - R.
-        rise = s * (2.0 * (EARTH_RADIUS_M + height) * ray[2] + s) / (r + EARTH_RADIUS_M + height)
-        here = min(max(height + rise, 0.0), TOP_M)
-        sine = 0.0
-        for a in range(3):
-            axes[2, a] /= r
-            sine += axes[2, a] * sun[a]
-        level = 0.0
-        for a in range(3):
-            axes[0, a] = sun[a] - sine * axes[2, a]
-            level += axes[0, a] ** 2
-        if level < 1e-12:  # under a sun in the zenith all azimuths are alike
-            for a in range(3):
-                axes[0, a] = (1.0 if a == 0 else 0.0) - axes[2, 0] * axes[2, a]
-            level = 1.0 - axes[2, 0] ** 2
-        level = np.sqrt(level)
-        for a in range(3):
-            axes[0, a] /= level
-        axes[1, 0] = axes[2, 1] * axes[0, 2] - axes[2, 2] * axes[0, 1]
-        axes[1, 1] = axes[2, 2] * axes[0, 0] - axes[2, 0] * axes[0, 2]
-        axes[1, 2] = axes[2, 0] * axes[0, 1] - axes[2, 1] * axes[0, 0]
+    for step in range(len(path.edges) - 1):
+        first, last = path.edges[step], path.edges[step + 1]
+        height, sine = _local_frame(path, 0.5 * (first + last), sun, axes)
         for k in range(probed):
-            trace = 0.0
-            for component in range(COMPONENTS + 1):
-                weight[k, component] = 0.0
-            for a in range(3):
-                trace += across[k, a, a]
-                for b in range(3):
-                    value = across[k, a, b]
-                    for component in range(3):
-                        weight[k, component] += value * axes[component, a] * axes[component, b]
-                    weight[k, 3] += 2.0 * value * axes[0, a] * axes[2, b]
-                    weight[k, 4] -= 0.5 * value * sun[a] * sun[b]
-            weight[k, 4] += 0.5 * trace  # sunlight: half of what is across its direction
-        place = here / TOP_M * (density.shape[1] - 1)
-        n = min(int(place), density.shape[1] - 2)
-        for c in range(kinds):
-            share = place - n
-            amount[c] = ((1.0 - share) * density[c, n] + share * density[c, n + 1]) * length
-        lit = direct and _columns_to_sun(here, sine, log_column, columns)
-        i, v = _place(here, heights)
-        j, u = _place(np.arccos(min(max(sine, -1.0), 1.0)), zeniths)
+            _weigh(across[k], axes, sun, weight[k])
+        _amounts(air.density, height, last - first, amounts)
+        lit = direct and _columns_to_sun(height, sine, air.log_column, columns)
+        i, v = _place(height, before.heights_m)
+        j, u = _place(np.arccos(min(max(sine, -1.0), 1.0)), before.zeniths_rad)
         w00, w01, w10, w11 = (1.0 - v) * (1.0 - u), (1.0 - v) * u, v * (1.0 - u), v * u
         for w in range(waves):
             thick, towards = 0.0, 0.0
             for c in range(kinds):
-                thick += depth[c, w] * amount[c]
-                towards += depth[c, w] * columns[c]
+                thick += air.depth[c, w] * amounts[c]
+                towards += air.depth[c, w] * columns[c]
             passed = np.exp(-thick)
-            share = 1.0 if thick == 0.0 else depth[0, w] * amount[0] / thick
+            share = 1.0 if thick == 0.0 else air.depth[0, w] * amounts[0] / thick
             scattered = glow * _SCATTERED * through[w] * (1.0 - passed) * share
-            scattered *= np.exp(-rain[step] * rain_ratio[w])
+            scattered *= np.exp(-path.rain[step] * path.rain_ratio[w])
             through[w] *= passed
             sunlight = np.exp(-towards) if lit else 0.0
-            near, far = field[i, j, w], field[i, j + 1, w]
-            near_up, far_up = field[i + 1, j, w], field[i + 1, j + 1, w]
+            near, far = before.mean[i, j, w], before.mean[i, j + 1, w]
+            near_up, far_up = before.mean[i + 1, j, w], before.mean[i + 1, j + 1, w]
             for component in range(COMPONENTS):
                 mean = w00 * near[component] + w01 * far[component]
                 mean += w10 * near_up[component] + w11 * far_up[component]
@@ -201,84 +274,74 @@ def gather_ray(
                 for k in range(probed):
                     out[w, k] += mean * weight[k, component]
             for k in range(probed):
-                out[w, k] += scattered * sunlight * weight[k, 4]
+                out[w, k] += scattered * sunlight * weight[k, COMPONENTS]
     for w in range(waves):
-        through[w] *= np.exp(-rain[steps] * rain_ratio[w])
-    _add_ground(
-        height, sun, ray, edges[steps], depth, log_column, albedo, zeniths, ground, direct,
-        across, through, out,
-    )  # fmt: skip
+        through[w] *= np.exp(-path.rain[-1] * path.rain_ratio[w])
+    if ray_end(path.height_m, path.ray[2])[1]:
+        _add_ground(path, sun, air, before, direct, across, through, out)
 
 
 @compiled()
 def _add_ground(
-    height: float, sun: Array, ray: Array, end: float, depth: Array, log_column: Array,
-    albedo: Array, zeniths: Array, ground: Array, direct: bool, across: Array, through: Array,
-    out: Array,
+    path: Path, sun: Array, air: Air, before: Scattered, direct: bool, across: Array,
+    through: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Add the light of a Lambertian ground at the end of a ray that meets it, unpolarised."""
-    if not ray_end(height, ray[2])[1]:
-        return
-    kinds, waves = depth.shape
+    """Add the light of a Lambertian ground at the end of a ray, unpolarised."""
+    kinds, waves = air.depth.shape
     columns = np.zeros(kinds)
-    sine, r = 0.0, 0.0
-    for a in range(3):
-        along = end * ray[a] + (EARTH_RADIUS_M + height if a == 2 else 0.0)
-        sine += along * sun[a]
-        r += along * along
-    sine /= np.sqrt(r)
-    lit = direct and sine > 0.0 and _columns_to_sun(0.0, sine, log_column, columns)
-    j, u = _place(np.arccos(min(max(sine, -1.0), 1.0)), zeniths)
+    sine = _local_frame(path, path.edges[-1], sun, np.zeros((3, 3)))[1]
+    lit = direct and sine > 0.0
+    lit = lit and _columns_to_sun(0.0, sine, air.log_column, columns)
+    j, u = _place(np.arccos(min(max(sine, -1.0), 1.0)), before.zeniths_rad)
     for w in range(waves):
-        irradiance = (1.0 - u) * ground[j, w] + u * ground[j + 1, w]
+        irradiance = (1.0 - u) * before.ground[j, w] + u * before.ground[j + 1, w]
         if lit:
             towards = 0.0
             for c in range(kinds):
-                towards += depth[c, w] * columns[c]
+                towards += air.depth[c, w] * columns[c]
             irradiance += sine * np.exp(-towards)
-        light = 0.5 * albedo[w] / np.pi * irradiance * through[w]
+        light = 0.5 * air.albedo[w] / np.pi * irradiance * through[w]
         for k in range(len(across)):
             out[w, k] += light * (across[k, 0, 0] + across[k, 1, 1] + across[k, 2, 2])
 
 
 @compiled(parallel=True)
 def gather_nodes(
-    depth: Array, density: Array, log_column: Array, albedo: Array, heights: Array, zeniths: Array,
-    field: Array, ground: Array, direct: bool, sines: Array, weights: Array, azimuths: int,
+    air: Air, before: Scattered, direct: bool, sines: Array, weights: Array, azimuths: int,
     steps: int, probes: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Give the next order's mean field (H, Z, W, 4) and irradiance of the ground (Z, W).
 
     Args:
-        depth: and those up to ``direct`` as for :func:`gather_ray`.
+        air: as for :func:`gather_ray`.
+        before: the order before.
+        direct: whether that is the sun's own light.
         sines: of the rays' altitudes at each height (H, A).
         weights: of these rays' shares of solid angle over 2 pi (H, A).
         azimuths: over half a circle, from the sun's on: the other half is its image.
         steps: pieces of a ray.
         probes: the field's components, as probes (4, 3, 3).
     """
-    many, waves = len(zeniths), depth.shape[1]
-    mean = np.zeros((len(heights), many, waves, COMPONENTS))
-    below = np.zeros((many, waves))
-    for node in prange(len(heights) * many):
+    many, waves = len(before.zeniths_rad), air.depth.shape[1]
+    mean = np.zeros(before.mean.shape)
+    below = np.zeros(before.ground.shape)
+    for node in prange(len(before.heights_m) * many):
         i, j = node // many, node % many
-        sun, ray = np.zeros(3), np.zeros(3)
-        sun[0], sun[2] = np.sin(zeniths[j]), np.cos(zeniths[j])
-        out, through = np.zeros((waves, COMPONENTS)), np.zeros(waves)
+        height, zenith = before.heights_m[i], before.zeniths_rad[j]
+        sun = np.array([np.sin(zenith), 0.0, np.cos(zenith)])
+        ray, out, through = np.zeros(3), np.zeros((waves, COMPONENTS)), np.zeros(waves)
         edges, rain, dry = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(waves)
+        path = Path(height, ray, edges, rain, dry)
         for a in range(sines.shape[1]):
             ray[2] = sines[i, a]
             level = np.sqrt(max(1.0 - ray[2] * ray[2], 0.0))
-            end = ray_end(heights[i], ray[2])[0]
+            end = ray_end(height, ray[2])[0]
             for step in range(steps + 1):
                 edges[step] = end * (step / steps) ** 2
             for p in range(azimuths):
                 angle = np.pi * (p + 0.5) / azimuths
                 ray[0], ray[1] = level * np.cos(angle), level * np.sin(angle)
-                gather_ray(
-                    heights[i], sun, ray, edges, rain, dry, depth, density, log_column, albedo,
-                    heights, zeniths, field, ground, direct, 1.0, probes, out, through,
-                )  # fmt: skip
+                gather_ray(path, sun, air, before, direct, 1.0, probes, out, through)
                 weight = weights[i, a] * 2.0 * np.pi / azimuths
                 for w in range(waves):
                     for component in range(COMPONENTS):

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
-from rtbow.physics.air.shells import molecules_density, shells
+from rtbow.physics.air.shells import molecular_shells
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
-from rtbow.tables.sky.field import no_field, sky_field
-from rtbow.tables.sky.transport import gather_ray, ray_end
+from rtbow.tables.sky.field import field_at, no_field, sky_field
+from rtbow.tables.sky.transport import Air, Path, gather_ray, ray_end
+from textbook import molecular_sky
 
 pytestmark = pytest.mark.slow
 
@@ -21,17 +19,15 @@ WAVES_NM = np.array([400.0, 550.0, 750.0])
 DEPTH = rayleigh_depth(WAVES_NM)
 
 
-@pytest.fixture(scope="module")
-def air():
-    return shells([molecules_density])
+def air(albedo, waves_nm=WAVES_NM):
+    """Air of molecules over a ground."""
+    return Air(*molecular_shells(), rayleigh_depth(waves_nm)[None], np.full(len(waves_nm), albedo))
 
 
 @pytest.fixture(scope="module")
-def fields(air):
+def fields():
     """Fields over black and grey ground, solved once."""
-    return {
-        albedo: sky_field(air, DEPTH[None], np.full(len(WAVES_NM), albedo)) for albedo in (0.0, 0.3)
-    }
+    return {albedo: sky_field(air(albedo)) for albedo in (0.0, 0.3)}
 
 
 def direction(altitude_deg, azimuth_deg=0.0):
@@ -40,51 +36,42 @@ def direction(altitude_deg, azimuth_deg=0.0):
     return np.array([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)])
 
 
-def seen(air, field, albedo, sun, ray, probes, height=0.0, depth=DEPTH, pieces=200):
+def seen(field, albedo, sun, ray, probes, height=0.0, pieces=200):
     """What probes (K, 3, 3) get along a ray, (W, K)."""
-    end = ray_end(height, ray[2])[0]
-    edges = end * np.linspace(0.0, 1.0, pieces + 1) ** 2
-    waves = len(depth)
+    edges = ray_end(height, ray[2])[0] * np.linspace(0.0, 1.0, pieces + 1) ** 2
+    waves = len(DEPTH)
+    path = Path(height, ray, edges, np.zeros(pieces + 1), np.zeros(waves))
     out, through = np.zeros((waves, len(probes))), np.zeros(waves)
-    gather_ray(
-        height, sun, ray, edges, np.zeros(pieces + 1), np.zeros(waves), depth[None], air.density,
-        air.log_column, np.full(waves, albedo), field.heights_m, field.zeniths_rad, field.mean,
-        field.ground, True, 1.0, np.ascontiguousarray(probes), out, through,
-    )  # fmt: skip
+    gather_ray(path, sun, air(albedo), field, True, 1.0, probes, out, through)
     return out
 
 
-def sky(air, field, albedo, sun, ray, **more):
+def sky(field, albedo, sun, ray, **more):
     """Radiance (W,) per irradiance, and the degree of polarisation (W,)."""
     level = np.cross(ray, [0.0, 0.0, 1.0])
     level = direction(0.0, 90.0) if np.allclose(level, 0.0) else level / np.linalg.norm(level)
     upright = np.cross(level, ray)
     both = (level + upright) / np.sqrt(2.0)
     probes = np.array([np.outer(f, f) for f in (level, upright, both)])
-    out = seen(air, field, albedo, sun, ray, probes, **more)
+    out = seen(field, albedo, sun, ray, probes, **more)
     total = out[:, 0] + out[:, 1]
     q, u = out[:, 0] - out[:, 1], 2.0 * out[:, 2] - total
     return total, np.hypot(q, u) / total
 
 
 @pytest.fixture(scope="module")
-def compared(air, fields):
+def compared(fields):
     """Each published place: sun and elevation, and deviations of all, of one scattering, of
     polarisation."""
-    lines = Path(__file__).with_name("molecules.csv").read_text("utf-8").splitlines()
-    rows = [
-        {key: float(value) for key, value in row.items()}
-        for row in csv.DictReader(line for line in lines if not line.startswith("#"))
-    ]
     none, known, found = no_field(len(WAVES_NM)), {}, []
-    for row in rows:
+    for row in molecular_sky():
         sun, albedo = row["sun_altitude_deg"], row["ground_albedo"]
         place = (sun, albedo, row["elevation_deg"], row["azimuth_from_sun_deg"])
         if place not in known:
             towards, ray = direction(sun), direction(*place[2:])
             known[place] = (
-                *sky(air, fields[albedo], albedo, towards, ray),
-                sky(air, none, 0.0, towards, ray)[0],
+                *sky(fields[albedo], albedo, towards, ray),
+                sky(none, 0.0, towards, ray)[0],
             )
         w = int(np.argmin(np.abs(WAVES_NM - row["wavelength_nm"])))
         total, polarised, once = (values[w] for values in known[place])
@@ -132,7 +119,7 @@ def test_one_scattering_is_the_published_one(compared):
     (40.0, 42.0, 60.0, 0.0), (10.0, 3.0, 180.0, 0.0), (3.0, 1.0, 120.0, 0.0),
     (0.0, 10.0, 30.0, 0.0), (-3.0, 12.0, 20.0, 0.0), (10.0, -1.0, 90.0, 10_000.0),
 ])  # fmt: skip
-def test_one_scattering_is_its_quadrature(air, sun, elevation, azimuth, height):
+def test_one_scattering_is_its_quadrature(sun, elevation, azimuth, height):
     """By Gauss's rule over the ray, in parts, with columns by another quadrature."""
     towards, ray = direction(sun), direction(elevation, azimuth)
     end, _ = ray_end(height, ray[2])
@@ -153,12 +140,12 @@ def test_one_scattering_is_its_quadrature(air, sun, elevation, azimuth, height):
     with np.errstate(over="ignore"):
         passed = np.exp(-DEPTH[:, None] * (column + before))
     expected = phase * DEPTH * (passed @ (density * ds))
-    once = sky(air, no_field(len(DEPTH)), 0.0, towards, ray, height=height, pieces=400)[0]
+    once = sky(no_field(len(DEPTH)), 0.0, towards, ray, height=height, pieces=400)[0]
     np.testing.assert_allclose(once, expected, rtol=2e-3 if sun < 0.0 else 1e-3)
 
 
 @pytest.mark.parametrize("altitude", [90.0, 40.0, 15.0])
-def test_no_light_is_lost(air, fields, altitude):
+def test_no_light_is_lost(fields, altitude):
     """Black ground and air that absorbs nothing: what comes in goes to the ground or out."""
     field, towards = fields[0.0], direction(altitude)
     down = towards[2] * np.exp(-DEPTH * float(sun_column(0.0, np.radians(altitude))))
@@ -170,7 +157,7 @@ def test_no_light_is_lost(air, fields, altitude):
     for t, w in zip(0.5 * (x + 1.0), 0.5 * weight, strict=True):
         for azimuth in (np.arange(12) + 0.5) * 15.0:
             ray = direction(-np.degrees(np.arcsin(t)), azimuth)
-            light = sky(air, field, 0.0, towards, ray, height=top)[0]
+            light = sky(field, 0.0, towards, ray, height=top)[0]
             up += w * t * light * 2.0 * np.pi / 12.0
     # Through a sphere 1 % wider than the ground's.
     wider = ((EARTH_RADIUS_M + top) / EARTH_RADIUS_M) ** 2
@@ -178,10 +165,8 @@ def test_no_light_is_lost(air, fields, altitude):
     np.testing.assert_allclose(total, 1.0, atol=0.01)
 
 
-def test_a_sun_in_the_zenith_is_no_other_than_one_beside_it(air, fields):
-    up, beside = (
-        sky(air, fields[0.3], 0.3, direction(sun), direction(90.0)) for sun in (90.0, 89.9)
-    )
+def test_a_sun_in_the_zenith_is_no_other_than_one_beside_it(fields):
+    up, beside = (sky(fields[0.3], 0.3, direction(sun), direction(90.0)) for sun in (90.0, 89.9))
     np.testing.assert_allclose(up[0], beside[0], rtol=1e-3)
 
 
@@ -191,3 +176,12 @@ def test_rays_end_at_the_ground_or_where_air_does():
     distance, ground = ray_end(2.0, -1e-4)
     assert not ground  # 0.045 degrees: the horizon of 2 m is lower
     assert distance > 1e6
+
+
+def test_fields_between_wavelengths():
+    nodes = np.arange(380.0, 781.0, 25.0)
+    between = np.array([392.0, 467.0, 642.0])
+    solved = sky_field(air(0.3, between))
+    found = field_at(sky_field(air(0.3, nodes)), nodes, between)
+    level = solved.mean.max(axis=(0, 1, 3), keepdims=True)
+    assert (np.abs(found.mean - solved.mean) / level).max() < 1e-3
