@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Float32 = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
+Mask = NDArray[np.bool_]
 Indices = NDArray[np.int64]
 Values = Array | float
 """A number or an array of them, where NumPy broadcasts."""

@@ -173,8 +173,8 @@ def _set_up(world: World, building: Progress = no_progress, optics: Optics | Non
     rows = None if sections is None else radius_axis((least, most), volume.sizes)
     sky = None
     if world.around is not None:
-        nm, depth = optics.wavelength_nm, optics.air_depth
-        sky = Sky.of(world.around, nm, depth, lit=bool(optics.suns), progress=building)
+        lit = bool(optics.suns)
+        sky = Sky.of(world.around, optics.wavelength_nm, lit=lit, progress=building)
     return _Setup(world, optics, _moments(volume), sections, rows, sky)
 
 

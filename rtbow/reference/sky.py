@@ -11,22 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Progress, floats, no_progress
+from rtbow.base.arrays import Array, Progress, no_progress
 from rtbow.base.compiled import compiled, prange
-from rtbow.physics.air.rayleigh import rayleigh_depth
-from rtbow.physics.air.shells import molecular_shells
-from rtbow.physics.constants import VISIBLE_NM
+from rtbow.physics.air.shells import ray_ends
 from rtbow.reference.rays import Rays
-from rtbow.tables.sky.field import field_at, no_field, sky_field
-from rtbow.tables.sky.transport import Air, Path, Scattered, gather_ray, ray_end, ray_ends
+from rtbow.tables.sky.field import field_at, no_field
+from rtbow.tables.sky.transport import Air, Path, Scattered, gather_ray, ray_end
 from rtbow.world.lights import Sun
 from rtbow.world.sky import Surroundings
 
 _PIECES = 160
 """Of a ray through the air, outside of the rain: twice as many change a sky by 1e-3 at most."""
 _RAIN_PIECES = 32
-_FIELD_STEP_NM = 25.0
-"""Between wavelengths at which the field is solved: cubics between them are within 1e-4."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +41,7 @@ class Sky:
 
     @classmethod
     def of(
-        cls, around: Surroundings, wavelength_nm: Array, air_depth: Array, *, lit: bool,
+        cls, around: Surroundings, wavelength_nm: Array, *, lit: bool,
         progress: Progress = no_progress,
     ) -> Sky:  # fmt: skip
         """Solve for a sky.
@@ -53,30 +49,25 @@ class Sky:
         Args:
             around: what there is.
             wavelength_nm: the wavelengths (W,).
-            air_depth: the molecules' vertical depths (W,).
             lit: whether there is a sun; without one there is nothing to solve.
             progress: wraps the loop over orders of scattering.
         """
-        albedo = around.albedo or 0.0
-        shells, waves = molecular_shells(), len(wavelength_nm)
-        scattered = no_field(waves)
+        scattered = no_field(len(wavelength_nm))
         if around.glows and lit:
-            nodes = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, _FIELD_STEP_NM)
-            solved = Air(*shells, rayleigh_depth(nodes)[None], np.full(len(nodes), albedo))
-            scattered = field_at(sky_field(solved, progress), nodes, wavelength_nm)
-        air = Air(*shells, floats(air_depth)[None], np.full(waves, albedo))
-        return cls(around, air, scattered)
+            scattered = field_at(around.field(progress), wavelength_nm)
+        return cls(around, around.air(wavelength_nm), scattered)
 
     def ground_distance(self, height_m: float, directions: Array) -> Array:
         """Distances at which rays from a height meet the ground (n,), m; infinite where they do
         not."""
         if self.around.albedo is None:
             return np.full(len(directions), np.inf)
-        return floats(ray_ends(height_m, directions[:, 2])[0])
+        end, meets = ray_ends(height_m, directions[:, 2])
+        return np.where(meets, end, np.inf)
 
     def edges(self, rays: Rays) -> Array:
         """Give where each ray's pieces end (n, S + 1), m, ascending from 0."""
-        end = ray_ends(float(rays.origin[2]), rays.directions[:, 2])[1]
+        end = ray_ends(float(rays.origin[2]), rays.directions[:, 2])[0]
         dense = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
         through = rays.leave > rays.entry
         first = np.where(through, np.minimum(rays.entry, end), 0.0)
@@ -98,18 +89,11 @@ class Sky:
             probes: what of the light is seen (n, 3, 3).
         """
         angle = np.linalg.norm(rays.directions - sun.direction, axis=1)
-        disc = np.where(angle < 2.0 * np.sin(0.5 * sun.disc_rad), _disc_radiance(sun), 0.0)
+        disc = np.where(angle < 2.0 * np.sin(0.5 * sun.disc_rad), sun.disc_radiance, 0.0)
         return _gather_rays(
             rays, edges, rain, rain_ratio, sun.direction, self.air, self.scattered,
             float(self.around.glows), np.ascontiguousarray(probes), disc,
         )  # fmt: skip
-
-
-def _disc_radiance(sun: Sun) -> float:
-    """Radiance of a sun's even disc, per irradiance, 1/sr; 0 for a point, which no pixel shows."""
-    if sun.disc_rad == 0.0:
-        return 0.0
-    return float(1.0 / (4.0 * np.pi * np.sin(0.5 * sun.disc_rad) ** 2))
 
 
 @compiled(parallel=True)

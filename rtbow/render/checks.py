@@ -17,11 +17,12 @@ def check_world(gl: GlContext, world: World) -> None:
 
     Raises:
         UnavailableError: too many pixels or grid points a side.
-        UnsuitedError: the box is too thin for its distance, or shaders lack what is around it.
+        UnsuitedError: the box is too thin for its distance, or in the ground.
     """
-    if world.around is not None:
+    if world.around is not None and world.volume.box_m[0, 2] < 0.0:
         raise UnsuitedError(
-            "atmosphere.sky and ground are drawn by --method reference alone: shaders lack them"
+            f"droplets.box_m begins {world.volume.box_m[0, 2]:g} m up, below what is around it: the"
+            " ground hides drops from --method reference alone; begin at 0 or higher"
         )
     check_sizes(gl, world.view.size_px, world.volume.shape)
     check_box(world)

@@ -374,7 +374,11 @@ class Renderer:
     ) -> list[Method]:
         worlds = self._resolved()
         # Imported when used: each brings modules that the other does not need.
+        from rtbow.render.sky import with_surroundings
         from rtbow.render.wide_pixels import in_parts, whole
+
+        def around(made: Method, world: World) -> Method:
+            return whole(with_surroundings(context, made, in_parts(world), building), world)
 
         if method != "spectral":
             from rtbow.render.fast.method import FastMethod
@@ -382,7 +386,7 @@ class Renderer:
             frugal = method == "auto"
             try:
                 return [
-                    whole(FastMethod(context, in_parts(world), building, frugal=frugal), world)
+                    around(FastMethod(context, in_parts(world), building, frugal=frugal), world)
                     for world in worlds
                 ]
             except UnsuitedError as error:
@@ -394,7 +398,7 @@ class Renderer:
         from rtbow.render.spectral.method import SpectralMethod
 
         return [
-            whole(SpectralMethod(context, in_parts(world), building), world) for world in worlds
+            around(SpectralMethod(context, in_parts(world), building), world) for world in worlds
         ]
 
     def close(self) -> None:

@@ -18,7 +18,7 @@ class Atmosphere(Table):
     sky: bool = Field(
         False,
         description="the air's own light: what its molecules scatter of the suns' light, before, "
-        "within and behind the rain; method reference alone draws it",
+        "within and behind the rain",
         json_schema_extra=shown_as("", "The bow stands in a blue sky."),
     )
 
@@ -39,6 +39,6 @@ class Ground(Table):
         ge=0,
         le=1,
         description="share of the light that the ground sends back, evenly to all sides, at all "
-        "wavelengths; method reference alone draws it",
+        "wavelengths",
         json_schema_extra=shown_as("", "Snow has 0.8, sand 0.3, grass 0.05 to 0.2, water less."),
     )

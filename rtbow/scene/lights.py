@@ -90,6 +90,12 @@ class SunLight(Table):
             "deg", "A wider disc blurs the colours and the supernumerary bows.", (0.0, 5.0)
         ),
     )
+    visible: bool = Field(
+        True,
+        description="the disc itself is drawn where there is a sky or a ground, behind the air and "
+        "the rain",
+        json_schema_extra=shown_as("", "Without it a picture towards the sun is not dazzled."),
+    )
     irradiance_w_m2: float | None = Field(
         None,
         gt=0,

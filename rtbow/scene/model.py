@@ -463,10 +463,14 @@ class Scene(Table):
         return self
 
     @property
+    def glows(self) -> bool:
+        """Whether the air's own light is drawn."""
+        return self.atmosphere is not None and self.atmosphere.sky
+
+    @property
     def has_surroundings(self) -> bool:
         """Whether the air's own light or a ground is drawn."""
-        glows = self.atmosphere is not None and self.atmosphere.sky
-        return glows or self.ground is not None
+        return self.glows or self.ground is not None
 
     @model_validator(mode="after")
     def _eye_in_the_air(self) -> Self:

@@ -246,8 +246,7 @@ class Viewer:
         width, height = self.stage.view_rect()[2:]
         size = max(round(scale * width), 1), max(round(scale * height), 1)
         scene = _resized(self.edits.scene, size)
-        slow = self.state.method == "reference" or scene.has_surroundings
-        return scene if slow else _with_means(scene)
+        return scene if self.state.method == "reference" else _with_means(scene)
 
     def _ask(self, now: float) -> None:
         size = self.stage.view_rect()[2:]

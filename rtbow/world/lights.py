@@ -31,12 +31,22 @@ class Sun:
         altitude_rad: its altitude above the horizon.
         disc_rad: angular radius, 0 for a point.
         spectrum: irradiance above the air, W m⁻² nm⁻¹, on a surface facing the light.
+        visible: whether the disc is drawn where there is a sky or a ground.
     """
 
     direction: Array
     altitude_rad: float
     disc_rad: float
     spectrum: Spectrum
+    visible: bool = True
+
+    @property
+    def disc_radiance(self) -> float:
+        """Radiance of the even disc as it is drawn, per irradiance, 1/sr; 0 for a point, which no
+        pixel shows."""
+        if self.disc_rad == 0.0 or not self.visible:
+            return 0.0
+        return float(1.0 / (4.0 * np.pi * np.sin(0.5 * self.disc_rad) ** 2))
 
 
 @dataclass(frozen=True)
@@ -72,6 +82,7 @@ def _sun(light: SunLight) -> Sun:
         altitude_rad=float(np.radians(light.altitude_deg)),
         disc_rad=float(np.radians(0.5 * light.angular_diameter_deg)),
         spectrum=spectrum,
+        visible=light.visible,
     )
 
 

@@ -130,14 +130,11 @@ def test_a_polariser_takes_half_of_the_suns_own_surroundings_and_more_across():
     assert both[0][0, 1] > 8.0 * both[1][0, 1]
 
 
-def test_shaders_leave_it_to_the_reference():
-    scene = rtbow.load_scene("uniform", {**STEP, "camera.size_px": [4, 3], "ground.albedo": 0.5})
-    with rtbow.Renderer(scene) as renderer:
-        frame = renderer.render()
-        assert renderer.method_used == "reference"
-        assert np.all(np.isfinite(frame))
-        with pytest.raises(rtbow.RtbowError, match="reference alone"):
-            renderer.render("fast")
+def test_a_sun_that_is_not_visible_still_lights():
+    shown = {**FAR, **SKY, "ground.albedo": 0.2}
+    hidden = {**shown, "light.0.visible": False}
+    np.testing.assert_array_equal(along(hidden, (90.0, 30.0)), along(shown, (90.0, 30.0)))
+    assert along(hidden, (180.0, 20.0))[0, 1] < 1e-3 * along(shown, (180.0, 20.0))[0, 1]
 
 
 @pytest.mark.parametrize(

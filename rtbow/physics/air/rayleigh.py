@@ -7,6 +7,7 @@ and an optical depth is the vertical depth times the column.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +33,9 @@ def rayleigh_depth(wavelength_nm: Array) -> Array:
     return 0.0021520 * above / below
 
 
-def horizon_rad(height_m: Array) -> Array:
+def horizon_rad(height_m: Values) -> Any:
     """Give the altitude (negative, rad) at which a ray from a height grazes the ground."""
-    h = np.maximum(np.asarray(height_m, dtype=np.float64), 0.0)
+    h = np.maximum(height_m, 0.0)
     # acos(R/(R+h)) without its loss of digits near h = 0.
     return -2.0 * np.arcsin(np.sqrt(0.5 * h / (EARTH_RADIUS_M + h)))
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtbow.base.arrays import Array
+from rtbow.base.arrays import Array, Mask, Values, floats
 from rtbow.base.limits import TOP_M
-from rtbow.physics.air.rayleigh import log_columns
-from rtbow.physics.constants import SCALE_HEIGHT_M
+from rtbow.physics.air.rayleigh import ALTITUDE_CURVE, horizon_rad, log_columns
+from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 
 _STEP_M = 100.0
 """Between heights at which densities are kept: straight lines between them are within 2e-5 of the
@@ -33,6 +33,69 @@ class Shells(NamedTuple):
 
     density: Array
     log_column: Array
+
+    def density_at(self, height_m: Array) -> Array:
+        """Interpolate the density at heights, in one more axis in front (C, ...)."""
+        last = self.density.shape[1] - 1
+        place = np.clip(height_m / TOP_M, 0.0, 1.0) * last
+        below = np.minimum(place.astype(np.int64), last - 1)
+        share = place - below
+        return floats((1.0 - share) * self.density[:, below] + share * self.density[:, below + 1])
+
+    def column_at(self, height_m: Array, clearance_rad: Array) -> Array:
+        """Interpolate columns towards a sun, in one more axis in front (C, ...).
+
+        Args:
+            height_m: heights, m.
+            clearance_rad: of the sun above the horizon there, rad; below it as at it.
+        """
+        rows, columns = self.log_column.shape[1:]
+        height = np.minimum(height_m, TOP_M)
+        y, x = column_place(height, np.maximum(clearance_rad, 0.0), horizon_rad(height))
+        y, x = y * (rows - 1), x * (columns - 1)
+        i, j = np.minimum(y.astype(np.int64), rows - 2), np.minimum(x.astype(np.int64), columns - 2)
+        v, u, table = y - i, x - j, self.log_column
+        low = (1.0 - u) * table[:, i, j] + u * table[:, i, j + 1]
+        high = (1.0 - u) * table[:, i + 1, j] + u * table[:, i + 1, j + 1]
+        return floats(np.exp((1.0 - v) * low + v * high))
+
+
+def column_place(height_m: Values, clearance_rad: Values, horizon_rad: Values) -> tuple[Any, Any]:
+    """Give where heights and altitudes above the horizon lie in ``Shells.log_column``: shares of
+    its rows and of its columns."""
+    share = np.minimum(clearance_rad / (0.5 * np.pi - horizon_rad), 1.0)
+    place = np.log1p(share * np.expm1(ALTITUDE_CURVE)) / ALTITUDE_CURVE
+    return np.sqrt(height_m / TOP_M), place
+
+
+def ground_distance(height_m: Values, sine: Values) -> Any:
+    """Give the distance at which falling rays from heights meet the ground, m; at the tangent where
+    they would miss it.
+
+    Args:
+        height_m: where the rays start, m.
+        sine: of their altitudes, below 0.
+    """
+    r = EARTH_RADIUS_M + height_m
+    # Of the root's argument what the ground's sphere leaves: (r sine)² - (r² - R²).
+    over = height_m * (r + EARTH_RADIUS_M)
+    return over / (-r * sine + np.sqrt(np.maximum((r * sine) ** 2 - over, 0.0)))
+
+
+def top_distance(height_m: Values, sine: Values) -> Any:
+    """Give the distance at which rays from heights leave the air, m, were there no ground."""
+    r = EARTH_RADIUS_M + height_m
+    rise = (TOP_M - height_m) * (r + EARTH_RADIUS_M + TOP_M)
+    return -r * sine + np.sqrt((r * sine) ** 2 + rise)
+
+
+def ray_ends(height_m: float, sine: Array) -> tuple[Array, Mask]:
+    """Give the distances at which rays from a height end, m, and whether they do on the ground."""
+    height = floats(height_m)
+    meets = (sine < 0.0) & (sine <= np.sin(horizon_rad(height)))
+    falling = np.where(meets, sine, -1.0)
+    end = np.where(meets, ground_distance(height, falling), top_distance(height, sine))
+    return floats(end), meets
 
 
 @cache

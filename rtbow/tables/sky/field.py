@@ -22,7 +22,11 @@ from rtbow.base.arrays import Array, Progress, Steps, floats, no_progress
 from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import horizon_rad
+from rtbow.physics.constants import VISIBLE_NM
 from rtbow.tables.sky.transport import COMPONENTS, Air, Scattered, gather_nodes
+
+FIELD_NM = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, 25.0)
+"""Wavelengths of a field: cubics between them are within 1e-4 of a molecular sky."""
 
 _HEIGHTS_M = TOP_M * np.linspace(0.0, 1.0, 24) ** 2.5
 _ZENITHS_DEG = (
@@ -72,13 +76,18 @@ def no_field(waves: int) -> Scattered:
     return Scattered(_HEIGHTS_M, zeniths, mean, np.zeros((len(zeniths), waves)))
 
 
-def field_at(field: Scattered, wavelength_nm: Array, wanted_nm: Array) -> Scattered:
-    """Interpolate a field from its own wavelengths (W,) to others (V,), by cubics."""
+def between_field_nm(wavelength_nm: Array) -> Array:
+    """Give the shares of values at ``FIELD_NM`` (V, W) in those at wavelengths (V,), by cubics."""
     from scipy.interpolate import CubicSpline
 
-    mean = CubicSpline(wavelength_nm, field.mean, axis=2)(wanted_nm)
-    ground = CubicSpline(wavelength_nm, field.ground, axis=1)(wanted_nm)
-    return field._replace(mean=np.ascontiguousarray(mean), ground=np.ascontiguousarray(ground))
+    return floats(CubicSpline(FIELD_NM, np.eye(len(FIELD_NM)))(wavelength_nm))
+
+
+def field_at(field: Scattered, wavelength_nm: Array) -> Scattered:
+    """Interpolate a field from ``FIELD_NM`` to other wavelengths (V,)."""
+    shares = between_field_nm(wavelength_nm)
+    mean = np.einsum("vw,hzwc->hzvc", shares, field.mean, optimize=True)
+    return field._replace(mean=np.ascontiguousarray(mean), ground=field.ground @ shares.T)
 
 
 def _all_orders(air: Air, empty: Scattered, progress: Progress) -> Scattered:

@@ -21,10 +21,11 @@ import numpy as np
 from rtbow.base.arrays import Array
 from rtbow.base.compiled import compiled, prange
 from rtbow.base.limits import TOP_M
-from rtbow.physics.air.rayleigh import ALTITUDE_CURVE
+from rtbow.physics.air.rayleigh import horizon_rad
+from rtbow.physics.air.shells import column_place, ground_distance, top_distance
 from rtbow.physics.constants import EARTH_RADIUS_M
 
-_SCATTERED = 3.0 / (8.0 * np.pi)
+SCATTERED = 3.0 / (8.0 * np.pi)
 COMPONENTS = 4
 """Of the mean field A."""
 
@@ -100,17 +101,22 @@ def _place(x: float, nodes: Array) -> tuple[int, float]:
     return low, (x - nodes[low]) / (nodes[low + 1] - nodes[low])
 
 
+_horizon = compiled()(horizon_rad)
+_column_place = compiled()(column_place)
+_ground_distance = compiled()(ground_distance)
+_top_distance = compiled()(top_distance)
+
+
 @compiled()
 def _columns_to_sun(height: float, sine: float, log_column: Array, columns: Array) -> bool:
     """Look up the constituents' columns towards the sun; False where the Earth is in the way."""
-    horizon = -2.0 * np.arcsin(np.sqrt(0.5 * height / (EARTH_RADIUS_M + height)))
+    horizon = _horizon(height)
     altitude = np.arcsin(min(max(sine, -1.0), 1.0))
     if altitude < horizon:
         return False
-    share = (altitude - horizon) / (0.5 * np.pi - horizon)
-    q = np.log1p(share * np.expm1(ALTITUDE_CURVE)) / ALTITUDE_CURVE
     rows, count = log_column.shape[1], log_column.shape[2]
-    y, x = np.sqrt(min(height / TOP_M, 1.0)) * (rows - 1), q * (count - 1)
+    y, x = _column_place(min(height, TOP_M), altitude - horizon, horizon)
+    y, x = y * (rows - 1), x * (count - 1)
     i, j = min(int(y), rows - 2), min(int(x), count - 2)
     v, u = y - i, x - j
     for c in range(len(columns)):
@@ -124,25 +130,9 @@ def _columns_to_sun(height: float, sine: float, log_column: Array, columns: Arra
 @compiled()
 def ray_end(height: float, sine: float) -> tuple[float, bool]:
     """Distance at which a ray from a height leaves the air, m, or meets the ground, and which."""
-    r = EARTH_RADIUS_M + height
-    # Of the root's argument what the ground's sphere leaves: (r sine)² - (r² - R²).
-    over = height * (r + EARTH_RADIUS_M)
-    below = (r * sine) ** 2 - over
-    if sine < 0.0 and below >= 0.0:
-        return over / (-r * sine + np.sqrt(below)), True
-    rise = (TOP_M - height) * (r + EARTH_RADIUS_M + TOP_M)
-    return -r * sine + np.sqrt((r * sine) ** 2 + rise), False
-
-
-@compiled()
-def ray_ends(height: float, sines: Array) -> tuple[Array, Array]:
-    """Give :func:`ray_end` of rays (n,): distances, infinite where they miss the ground, and
-    distances at which they end in either way."""
-    grounds, ends = np.empty(len(sines)), np.empty(len(sines))
-    for n in range(len(sines)):
-        ends[n], met = ray_end(height, sines[n])
-        grounds[n] = ends[n] if met else np.inf
-    return grounds, ends
+    if sine < 0.0 and sine <= np.sin(_horizon(height)):
+        return _ground_distance(height, sine), True
+    return _top_distance(height, sine), False
 
 
 @compiled()
@@ -261,7 +251,7 @@ def gather_ray(
                 towards += air.depth[c, w] * columns[c]
             passed = np.exp(-thick)
             share = 1.0 if thick == 0.0 else air.depth[0, w] * amounts[0] / thick
-            scattered = glow * _SCATTERED * through[w] * (1.0 - passed) * share
+            scattered = glow * SCATTERED * through[w] * (1.0 - passed) * share
             scattered *= np.exp(-path.rain[step] * path.rain_ratio[w])
             through[w] *= passed
             sunlight = np.exp(-towards) if lit else 0.0

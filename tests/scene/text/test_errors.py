@@ -110,7 +110,7 @@ from scene_samples import BASE, FROM_FILE, problems
             '"sun"',
             '"sun"\nposition_m = [0, 0, 4]',
             'light.0.position_m does not belong to type = "sun", which takes altitude_deg, '
-            "azimuth_deg, spectrum, beyond, angular_diameter_deg, irradiance_w_m2, time, "
+            "azimuth_deg, spectrum, beyond, angular_diameter_deg, visible, irradiance_w_m2, time, "
             "latitude_deg, longitude_deg, moon_phase_deg, moon_distance_km; leave it out or "
             'change the type to "point"',
         ),

@@ -210,8 +210,8 @@ def test_a_new_volume_file_replaces_the_description(tmp_path):
             {"light": [{"foo": 3}]},
             [
                 "--set: unknown key light.0.foo; known here: type, altitude_deg, azimuth_deg, "
-                "spectrum, beyond, angular_diameter_deg, irradiance_w_m2, time, latitude_deg, "
-                "longitude_deg, moon_phase_deg, moon_distance_km"
+                "spectrum, beyond, angular_diameter_deg, visible, irradiance_w_m2, time, "
+                "latitude_deg, longitude_deg, moon_phase_deg, moon_distance_km"
             ],
         ),
         (

@@ -9,7 +9,7 @@ from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.physics.air.shells import molecular_shells
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
-from rtbow.tables.sky.field import field_at, no_field, sky_field
+from rtbow.tables.sky.field import FIELD_NM, field_at, no_field, sky_field
 from rtbow.tables.sky.transport import Air, Path, gather_ray, ray_end
 from textbook import molecular_sky
 
@@ -179,9 +179,8 @@ def test_rays_end_at_the_ground_or_where_air_does():
 
 
 def test_fields_between_wavelengths():
-    nodes = np.arange(380.0, 781.0, 25.0)
     between = np.array([392.0, 467.0, 642.0])
     solved = sky_field(air(0.3, between))
-    found = field_at(sky_field(air(0.3, nodes)), nodes, between)
+    found = field_at(sky_field(air(0.3, FIELD_NM)), between)
     level = solved.mean.max(axis=(0, 1, 3), keepdims=True)
     assert (np.abs(found.mean - solved.mean) / level).max() < 1e-3

@@ -1,0 +1,206 @@
+"""What is around the drops, drawn over a frame of what they scatter: sky, ground and suns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
+from rtbow.gl.context import GlContext
+from rtbow.gl.glsl import Define
+from rtbow.gl.program import (
+    FrameTarget,
+    GlProgram,
+    Texture,
+    added_up,
+    row_texture,
+    texture_bytes,
+    volume_texture,
+)
+from rtbow.physics.light.colour import xyz_to_rgb
+from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
+from rtbow.render.method import Method, ShaderMethod
+from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
+from rtbow.tables.sky.field import FIELD_NM, between_field_nm
+from rtbow.tables.sky.seen import FALLING, RISING, Eye, SkyTable, sky_table
+from rtbow.world.lights import Sun
+from rtbow.world.steps import StepRates, most_steps, step_rates
+from rtbow.world.world import World
+
+_LAYERS = 20
+"""Distances up to which the air's light is told apart, where rain dims it: their roots are even up
+to the box's far end."""
+_EVEN_STEPS, _MOST_STEPS = 8, 48
+"""Of a ray through even rain that dims, and the most through a grid of it."""
+
+
+def with_surroundings(
+    gl: GlContext, method: Method, world: World, building: Progress = no_progress
+) -> Method:
+    """Give a method that draws what is around a world's drops, too; itself where there is nothing.
+
+    Args:
+        gl: the context, current.
+        method: which draws the drops.
+        world: what it draws.
+        building: wraps the loop over orders of scattering, where a sky has to be solved.
+    """
+    if world.around is None or not world.optics.suns:
+        return method
+    return _Around(gl, method, world, building)
+
+
+class _Around:
+    """A method that adds sky, ground and suns (:class:`rtbow.render.method.Method`)."""
+
+    def __init__(self, gl: GlContext, method: Method, world: World, building: Progress) -> None:
+        assert world.around is not None
+        self._gl, self._method = gl, method
+        self._field = world.around.field(building)
+        self._program = GlProgram(gl, "sky/pixel.frag", _defines(world))
+        if world.rain is not None and not world.volume.uniform:
+            self._program.volume("volume.moments", world.moments())
+        self._suns: tuple[_SkyOf, ...] = ()
+        self._take(world)
+
+    @property
+    def name(self) -> ShaderMethod:
+        """What the command line calls the method."""
+        return self._method.name
+
+    @property
+    def texture_bytes(self) -> int:
+        """Memory of the textures."""
+        own = [texture for sun in self._suns for texture in sun.textures.values()]
+        return self._method.texture_bytes + texture_bytes([*own, *self._program.textures.values()])
+
+    def move(self, world: World) -> bool:
+        """Take over another world (see :class:`rtbow.render.method.Method`)."""
+        same = world.around == self._world.around and _defines(world) == _defines(self._world)
+        if not same or not self._method.move(world):
+            return False
+        self._take(world)
+        return True
+
+    def prepare_moves(self) -> None:
+        """Make the tables that moves to other places take."""
+        self._method.prepare_moves()
+
+    def _take(self, world: World) -> None:
+        """Take over a world, with the tables that are there for its suns."""
+        assert world.around is not None
+        kept = {sun.key: sun for sun in self._suns}
+        made = []
+        for sun in world.optics.suns:
+            eye, colours = _eye(world, sun), _colours(sun)
+            key = (eye.height_m, eye.sun_altitude_rad, *eye.distances_m, colours.tobytes())
+            if key not in kept:
+                air = world.around.air(FIELD_NM)
+                table = sky_table(air, self._field, float(world.around.glows), eye, colours)
+                kept[key] = _SkyOf(key, table, _textures(self._gl, table, world))
+            made.append(kept[key])
+        self._suns, self._world = tuple(made), world
+
+    def draw(self, progress: Progress = no_progress, columns: slice = slice(None)) -> FrameTarget:
+        """Draw the frame and wait until it is done."""
+        target = self._method.draw(progress, columns)
+        world, program = self._world, self._program
+        width, height = world.view.size_px
+        left, right, _ = columns.indices(width)
+        frame = target.begin(clear=False)
+        frame.scissor = (left, 0, right - left, height)
+        no_rates = StepRates(np.zeros(3), 0.0)
+        set_uniforms(program, common_uniforms(world, world.volume.box_m, no_rates))
+        for sun, sky in zip(world.optics.suns, self._suns, strict=True):
+            for name, texture in sky.textures.items():
+                program.bind(name, texture)
+            set_uniforms(program, _sun_uniforms(world, sun, sky.table))
+            program.use()
+            with added_up(self._gl):
+                program.draw()
+        self._gl.ctx.finish()
+        frame.scissor = (0, 0, width, height)
+        return target
+
+    def render(self, progress: Progress = no_progress, columns: slice = slice(None)) -> Float32:
+        """Draw the frame and read it.
+
+        Returns:
+            Linear Rec. 709 in cd/m², float32 (h, columns, 3), first row on top.
+        """
+        return self.draw(progress, columns).read(columns)
+
+
+@dataclass(frozen=True)
+class _SkyOf:
+    """The sky under one sun on the device.
+
+    Attributes:
+        key: what it was made for.
+        table: its numbers.
+        textures: by the names of their samplers.
+    """
+
+    key: tuple[object, ...]
+    table: SkyTable
+    textures: Mapping[str, Texture]
+
+
+def _eye(world: World, sun: Sun) -> Eye:
+    """Where from and under what a sun's sky is seen."""
+    eye, distances = world.view.eye_m, np.zeros(0)
+    if world.rain is not None:
+        corners = np.maximum(np.abs(world.volume.box_m - eye).max(axis=0), 1.0)
+        farthest = float(np.linalg.norm(corners))
+        distances = farthest * np.linspace(0.0, 1.0, _LAYERS) ** 2
+    polarised = world.view.polarizer is not None
+    return Eye(float(eye[2]), sun.altitude_rad, distances, polarised)
+
+
+def _colours(sun: Sun) -> Array:
+    """What a radiance per irradiance at each of ``FIELD_NM`` counts for in R, G and B (W, 3): that
+    of cubics through them, under the sun's spectrum at 1 nm."""
+    bins = wavelength_bins(1.0)
+    xyz = colour_weights(sun.spectrum, bins)
+    return xyz_to_rgb(between_field_nm(bins.wavelength_nm).T @ xyz)
+
+
+def _textures(gl: GlContext, table: SkyTable, world: World) -> dict[str, Texture]:
+    """Upload a sky."""
+    whole = table.layers[-1] + table.ground  # (S, rows, columns, 3)
+    stacked = whole.reshape(-1, *whole.shape[2:])
+    textures: dict[str, Texture] = {
+        "sky.whole": row_texture(gl, stacked),
+        "sky.beyond": row_texture(gl, table.beyond[None]),
+    }
+    if world.rain is not None:
+        layers = table.layers[:-1]
+        textures["sky.layers"] = volume_texture(gl, layers.reshape(len(layers), *stacked.shape))
+    return textures
+
+
+def _defines(world: World) -> dict[str, Define]:
+    steps = _EVEN_STEPS
+    if not world.volume.uniform:
+        cells = most_steps(step_rates(world.volume, world.optics), world.volume)
+        steps = min(max(cells, _EVEN_STEPS), _MOST_STEPS)
+    defines = common_defines(world)
+    return {**defines, "SKY_RISING": RISING, "SKY_FALLING": FALLING, "SKY_STEPS": steps}
+
+
+def _sun_uniforms(world: World, sun: Sun, table: SkyTable) -> dict[str, Any]:
+    level = float(np.hypot(*sun.direction[:2]))
+    azimuth = sun.direction[:2] / level if level > 0.0 else floats([0.0, 1.0])
+    uniforms: dict[str, Any] = {
+        "sky.horizon": table.horizon_rad,
+        "sky.azimuth": tuple(azimuth),
+        "sky.towards": tuple(sun.direction),
+        "sky.disc": 2.0 * np.sin(0.5 * sun.disc_rad),
+        "sky.brightness": sun.disc_radiance,
+    }
+    if world.rain is not None:
+        uniforms["sky.farthest"] = float(_eye(world, sun).distances_m[-1])
+    return uniforms

@@ -1,0 +1,312 @@
+"""The sky as one eye sees it under one sun: tables over altitude and azimuth, for shaders.
+
+Rays are summed here with NumPy, apart from the reference's compiled sums: what both share is the
+field of what was scattered before, the shells, and the formulas of the molecules' phase function.
+Single scattering is that of each piece's middle, by the share of the piece that the sun lights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from rtbow.base.arrays import Array, Float32, Indices, floats
+from rtbow.physics.air.rayleigh import horizon_rad
+from rtbow.physics.air.shells import Shells, ground_distance, top_distance
+from rtbow.physics.constants import EARTH_RADIUS_M
+from rtbow.tables.sky.transport import SCATTERED, Air, Scattered
+
+RISING, FALLING = 48, 32
+"""Rows above and below the horizon."""
+AZIMUTHS = 25
+"""Columns, from the sun's azimuth to the opposite one."""
+_PIECES = 56
+"""Of a ray through the air, beside those that end at a layer's distance."""
+
+
+class SkyTable(NamedTuple):
+    """A sky as one eye sees it under one sun.
+
+    Rows are altitudes: ``RISING`` from the horizon to the zenith, by the square of their place,
+    then ``FALLING`` from it to the nadir, by the cube: from near the ground it is a few kilometres
+    away at the horizon and some hundred metres 0.2 degrees below. Columns are azimuths from the
+    sun's, evenly. The horizon's own ray is in both halves: above the ground, and ending on it.
+
+    Attributes:
+        layers: light that the air adds up to each distance and, as the last layer, in all, for each
+            of S Stokes components (L, S, rows, columns, 3).
+        ground: light of the ground that arrives (S, rows, columns, 3).
+        beyond: share of a light above the air that arrives, times its colour (RISING, 3).
+        horizon_rad: altitude of the horizon, rad.
+    """
+
+    layers: Float32
+    ground: Float32
+    beyond: Float32
+    horizon_rad: float
+
+
+@dataclass(frozen=True)
+class Eye:
+    """Where from and under what a sky is seen.
+
+    Attributes:
+        height_m: of the eye.
+        sun_altitude_rad: of the sun there.
+        distances_m: up to which the air's light is told apart, ascending (D,).
+        polarised: whether all of I, Q and U are asked for; else I alone. Q is along the horizontal
+            less across it, U at 45 degrees from it towards the zenith.
+    """
+
+    height_m: float
+    sun_altitude_rad: float
+    distances_m: Array
+    polarised: bool
+
+
+def row_altitudes(horizon: float) -> Array:
+    """Give the altitudes of a table's rows (RISING + FALLING,), rad."""
+    up, down = np.linspace(0.0, 1.0, RISING) ** 2, np.linspace(0.0, 1.0, FALLING) ** 3
+    above = horizon + (0.5 * np.pi - horizon) * up
+    return np.concatenate([above, horizon - (0.5 * np.pi + horizon) * down])
+
+
+def sky_table(air: Air, field: Scattered, glow: float, eye: Eye, colours: Array) -> SkyTable:
+    """Sum a sky.
+
+    Args:
+        air: the air and the ground, at W wavelengths.
+        field: what was scattered before, at the same.
+        glow: share of what the air scatters that counts.
+        eye: where from, and under what.
+        colours: what a radiance per irradiance above the air counts for in each channel (W, 3).
+    """
+    rays = _Rays.of(air, eye)
+    light = _light_scattered(air, field, eye, rays)  # (S, rows, pieces, columns, W)
+    weights = glow * rays.scattered[..., None] * colours  # (rows, pieces, W, 3)
+    added = np.matmul(light, weights.astype(np.float32))
+    summed = np.cumsum(added, axis=2, dtype=np.float32)
+    layers = [
+        np.take_along_axis(summed, at[None, :, None, None, None], axis=2)[:, :, 0]
+        for at in rays.last_piece
+    ]
+    ground = _ground_light(air, field, eye, rays, floats(colours))
+    beyond = (rays.through[:RISING, None, :] @ colours)[:, 0]
+    return SkyTable(
+        np.stack([*layers, summed[:, :, -1]]), ground, beyond.astype(np.float32), rays.horizon
+    )
+
+
+@dataclass(frozen=True)
+class _Rays:
+    """The rays of a table's rows, in pieces, in the vertical plane of each.
+
+    Attributes:
+        horizon: altitude of the horizon, rad.
+        sine: of each ray's altitude (rows,).
+        edges: of the pieces (rows, S + 1), m.
+        scattered: share of light that passes a piece's middle which molecules scatter in the piece,
+            times what of it arrives (rows, S, W).
+        through: share of light from the ray's end that arrives (rows, W).
+        last_piece: the last piece up to each distance (D, rows).
+    """
+
+    horizon: float
+    sine: Array
+    edges: Array
+    scattered: Array
+    through: Array
+    last_piece: list[Indices]
+
+    @classmethod
+    def of(cls, air: Air, eye: Eye) -> _Rays:
+        horizon = float(horizon_rad(eye.height_m))
+        altitude = row_altitudes(horizon)
+        sine = np.sin(altitude)
+        falls = np.arange(len(altitude)) >= RISING
+        sine[falls] = np.minimum(sine[falls], -1e-12)  # from the ground itself, as well
+        end = np.where(
+            falls,
+            ground_distance(eye.height_m, np.where(falls, sine, -1.0)),
+            top_distance(eye.height_m, sine),
+        )
+        dense = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
+        layers = np.minimum(eye.distances_m, end[:, None])
+        edges = np.sort(np.concatenate([dense, layers], axis=1), axis=1)
+        middle, length = 0.5 * (edges[:, 1:] + edges[:, :-1]), np.diff(edges, axis=1)
+        height = _height(eye.height_m, sine[:, None], middle)[0]
+        amounts = Shells(air.density, air.log_column).density_at(height) * length  # (C, rows, S)
+        each = np.einsum("cas,cw->casw", amounts, air.depth)
+        thick = each.sum(axis=0)  # (rows, S, W)
+        before = np.cumsum(thick, axis=1) - thick
+        share = each[0] / np.maximum(thick, 1e-300)
+        scattered = -np.expm1(-thick) * share * np.exp(-before)
+        through = np.exp(-thick.sum(axis=1))
+        last = [np.maximum((edges[:, 1:] <= at[:, None]).sum(axis=1) - 1, 0) for at in layers.T]
+        return cls(horizon, sine, edges, scattered, through, last)
+
+
+def _height(start_m: float, sine: Array, distance: Array) -> tuple[Array, Array, Array]:
+    """Heights along rays, m, and sines and cosines of the angle that the vertical has turned."""
+    r0 = EARTH_RADIUS_M + start_m
+    up, along = r0 + distance * sine, distance * np.sqrt(1.0 - sine**2)
+    r = np.hypot(up, along)
+    rise = distance * (2.0 * r0 * sine + distance) / (r + r0)
+    return np.maximum(start_m + rise, 0.0), along / r, up / r
+
+
+@dataclass(frozen=True)
+class _Suns:
+    """The sun as places along rays have it, in their own frames (rows, n, columns).
+
+    Attributes:
+        cosine: of its zenith angle.
+        across: sine of the azimuth between ray and sun.
+        along: cosine of it.
+    """
+
+    cosine: Array
+    across: Array
+    along: Array
+
+    @classmethod
+    def of(cls, eye: Eye, sine: Array, cosine: Array) -> _Suns:
+        """Turn the vertical in the ray's plane by an angle (rows, n), given as sine and cosine."""
+        azimuth = np.linspace(0.0, np.pi, AZIMUTHS)
+        up, level = np.sin(eye.sun_altitude_rad), np.cos(eye.sun_altitude_rad)
+        turn_s, turn_c = sine[..., None], cosine[..., None]
+        forward, aside = level * np.cos(azimuth), level * np.sin(azimuth)
+        zenith = turn_c * up + turn_s * forward
+        along = turn_c * forward - turn_s * up
+        size = np.maximum(np.hypot(along, aside), 1e-12)
+        return cls(zenith, aside / size, along / size)
+
+
+def _light_scattered(air: Air, field: Scattered, eye: Eye, rays: _Rays) -> Float32:
+    """What the molecules in each piece make of the light there, per irradiance above the air:
+    (S, rows, pieces, columns, W)."""
+    sine = rays.sine[:, None]
+    edges = rays.edges
+    middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
+    height, turn_s, turn_c = _height(eye.height_m, sine, middle)
+    suns = _Suns.of(eye, turn_s, turn_c)
+    zenith = np.arccos(np.clip(suns.cosine, -1.0, 1.0))
+    # The ray's own zenith angle at a place.
+    level = np.sqrt(1.0 - sine**2)
+    cosine, side = sine * turn_c + level * turn_s, level * turn_c - sine * turn_s
+    stokes = _multiple_weights(suns, cosine, side)[: 3 if eye.polarised else 1]
+    light = _multiple(field, height, zenith, stokes)
+    light += _single_phase(eye, rays.sine, polarised=eye.polarised) * _sunlight(
+        air, eye, rays, height, zenith
+    )
+    return np.float32(SCATTERED) * light
+
+
+def _multiple_weights(suns: _Suns, cosine: Array, side: Array) -> list[list[Array]]:
+    """What of the four components of A each of I, Q and U has along rays (rows, n, columns)."""
+    u, v = cosine[..., None], side[..., None]
+    c, s = suns.along, suns.across
+    across = [s * s, c * c, np.zeros_like(c), np.zeros_like(c)]
+    upright = [u * u * c * c, u * u * s * s, v * v + 0.0 * c, -2.0 * u * v * c]
+    # Seen along the ray the sun's azimuth is at the other side of the horizontal.
+    tilted = [s * c * u, -s * c * u, np.zeros_like(c), -s * v]
+    return [
+        [a + b for a, b in zip(across, upright, strict=True)],
+        [a - b for a, b in zip(across, upright, strict=True)],
+        [2.0 * a for a in tilted],
+    ]
+
+
+def _multiple(field: Scattered, height: Array, zenith: Array, stokes: list[list[Array]]) -> Float32:
+    """Light scattered before, as it is scattered again: (S, rows, n, columns, W)."""
+    low = max(int(np.searchsorted(field.zeniths_rad, zenith.min(), "right")) - 1, 0)
+    high = int(np.searchsorted(field.zeniths_rad, zenith.max())) + 1
+    high = min(max(high, low + 2), len(field.zeniths_rad))
+    low = min(low, high - 2)
+    nodes = field.zeniths_rad[low:high]
+    # By height first: (rows, n, Z, W, 4).
+    i, v = _between(field.heights_m, height)
+    mean = field.mean[:, low:high].astype(np.float32)
+    v32 = v.astype(np.float32)[..., None, None, None]
+    there = (1.0 - v32) * mean[i] + v32 * mean[i + 1]
+    rows, n, count, waves, parts = there.shape
+    there = there.transpose(0, 1, 2, 4, 3).reshape(rows, n, count * parts, waves)
+    j, u = _between(nodes, zenith)
+    hats = np.zeros((*zenith.shape, count), dtype=np.float32)
+    np.put_along_axis(hats, j[..., None], (1.0 - u)[..., None].astype(np.float32), axis=-1)
+    np.put_along_axis(hats, j[..., None] + 1, u[..., None].astype(np.float32), axis=-1)
+    light = []
+    for weights in stokes:
+        each = np.stack(weights, axis=-1).astype(np.float32)  # (rows, n, columns, 4)
+        both = (hats[..., :, None] * each[..., None, :]).reshape(*zenith.shape, count * parts)
+        light.append(np.matmul(both, there))
+    return np.stack(light)
+
+
+def _between(nodes: Array, at: Array) -> tuple[Indices, Array]:
+    """Index of the lower node of each place, and the share of the step, held at the ends."""
+    inside = np.clip(at, nodes[0], nodes[-1])
+    index = np.clip(np.searchsorted(nodes, inside, "right") - 1, 0, len(nodes) - 2)
+    return index, floats((inside - nodes[index]) / (nodes[index + 1] - nodes[index]))
+
+
+def _single_phase(eye: Eye, sine: Array, *, polarised: bool) -> Float32:
+    """I, Q and U of sunlight, of mean tensor (1 - s s) / 2, seen along rays (S, rows, 1, columns,
+    1)."""
+    azimuth = np.linspace(0.0, np.pi, AZIMUTHS)
+    up, level = np.sin(eye.sun_altitude_rad), np.cos(eye.sun_altitude_rad)
+    sine = sine[:, None]
+    cosine = np.sqrt(1.0 - sine**2)
+    # The sun along the ray's horizontal, to the side of growing azimuth, and its upright.
+    across = -level * np.sin(azimuth) * np.ones_like(sine)
+    upright = cosine * up - sine * level * np.cos(azimuth)
+    first, second = 0.5 * (1.0 - across**2), 0.5 * (1.0 - upright**2)
+    parts = [first + second, first - second, -across * upright]
+    chosen = np.stack(parts[: 3 if polarised else 1])
+    return chosen[:, :, None, :, None].astype(np.float32)
+
+
+def _sunlight(air: Air, eye: Eye, rays: _Rays, height: Array, zenith: Array) -> Float32:
+    """The sun's irradiance at pieces, of that above the air (rows, n, columns, W)."""
+    columns = Shells(air.density, air.log_column).column_at(
+        height[..., None], 0.5 * np.pi - zenith - horizon_rad(height)[..., None]
+    )
+    depth = np.tensordot(columns.astype(np.float32), air.depth.astype(np.float32), (0, 0))
+    sunlight = np.exp(-depth)
+    sunlight *= _lit_share(eye, rays).astype(np.float32)[..., None]
+    return sunlight
+
+
+def _lit_share(eye: Eye, rays: _Rays) -> Array:
+    """Share of each piece that the sun reaches (rows, n, columns): its altitude above the horizon
+    is taken to change evenly along a piece."""
+    height, turn_s, turn_c = _height(eye.height_m, rays.sine[:, None], rays.edges)
+    zenith = np.arccos(np.clip(_Suns.of(eye, turn_s, turn_c).cosine, -1.0, 1.0))
+    clear = 0.5 * np.pi - zenith - horizon_rad(height)[..., None]
+    first, last = clear[:, :-1], clear[:, 1:]
+    most, least = np.maximum(first, last), np.minimum(first, last)
+    crossing = most / np.where(most > least, most - least, 1.0)
+    return np.where(least >= 0.0, 1.0, np.where(most <= 0.0, 0.0, crossing))
+
+
+def _ground_light(air: Air, field: Scattered, eye: Eye, rays: _Rays, colours: Array) -> Float32:
+    """Light of the ground at the end of rays that meet it (S, rows, columns, 3), unpolarised."""
+    stokes = 3 if eye.polarised else 1
+    light = np.zeros((stokes, RISING + FALLING, AZIMUTHS, 3), dtype=np.float32)
+    falling = slice(RISING, None)
+    end = rays.edges[falling, -1:]
+    _, turn_s, turn_c = _height(eye.height_m, rays.sine[falling, None], end)
+    cosine = _Suns.of(eye, turn_s, turn_c).cosine[:, 0]  # (FALLING, columns)
+    zenith = np.arccos(np.clip(cosine, -1.0, 1.0))
+    j, u = _between(field.zeniths_rad, zenith)
+    irradiance = (1.0 - u)[..., None] * field.ground[j] + u[..., None] * field.ground[j + 1]
+    columns = Shells(air.density, air.log_column).column_at(
+        np.zeros_like(zenith), 0.5 * np.pi - zenith
+    )
+    direct = np.exp(-np.tensordot(columns, air.depth, (0, 0)))
+    irradiance += np.maximum(cosine, 0.0)[..., None] * direct
+    seen = air.albedo / np.pi * irradiance * rays.through[falling, None, :]
+    light[0, falling] = seen @ colours
+    return light

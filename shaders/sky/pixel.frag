@@ -1,0 +1,110 @@
+#include "common/box.glsl"
+#include "common/camera.glsl"
+#include "rain/droplets.glsl"
+#include "sky/table.glsl"
+
+// One pixel of what is around the drops under one sun, added to a frame of what they scatter: the
+// air before, within and behind the rain, the ground and the sun's disc, each behind what lies before
+// it: linear Rec. 709 in cd/m².
+
+uniform Camera camera;
+uniform Sky sky;
+#if EXTINCTION
+// The rain that dims, relative to the eye.
+struct Volume {
+    Position low;
+    Position high;
+#if GRID
+    sampler3D moments;
+#else
+    Number extinction;     // 1/m
+#endif
+};
+uniform Volume volume;
+#endif
+
+out vec4 radiance;
+
+// Share of a pixel that is on the near side of an edge which is `ahead` of its middle, and by `change`
+// nearer or farther at its sides.
+Number shareBefore(Number ahead, Number change) {
+    return change > 0.0 ? clamp(ahead / change + 0.5, 0.0, 1.0) : float(ahead >= 0.0);
+}
+
+#if EXTINCTION
+Number extinctionAt(Position at) {
+#if GRID
+    return sampleDroplets(volume.moments, (at - volume.low) / (volume.high - volume.low)).extinction;
+#else
+    return volume.extinction;
+#endif
+}
+
+struct Through {
+    Tristimulus light;     // of the air before and within the rain
+    Number passed;         // share of light from behind that passes the rain
+    Tristimulus air;       // of the air up to the rain's end, were there no rain
+};
+
+// Along a ray: the air's light up to the end of each step is looked up, what it adds over the step is
+// dimmed by the rain before, and half of that within.
+Through throughRain(SkyPlace at, Direction ray) {
+    vec2 span = boxSpan(ray, volume.low, volume.high);
+    Through rain = Through(vec3(0.0), 1.0, vec3(0.0));
+    if (span.x >= span.y) return rain;
+    Number depth = 0.0;
+    Length step = (span.y - span.x) / float(SKY_STEPS);
+    rain.air = skyUpTo(camera, sky, at, ray, span.x);
+    rain.light = rain.air;
+    for (int k = 0; k < SKY_STEPS; ++k) {
+        Length middle = span.x + (float(k) + 0.5) * step;
+        Number thick = step * extinctionAt(middle * ray);
+        Tristimulus next = skyUpTo(camera, sky, at, ray, middle + 0.5 * step);
+        rain.light += exp(-depth) * meanDecay(thick) * (next - rain.air);
+        rain.air = next;
+        depth += thick;
+    }
+    rain.passed = exp(-depth);
+    return rain;
+}
+#endif
+
+// `disc`: share of the pixel that the sun's disc fills.
+Tristimulus around(Direction ray, SkyPlace at, Number disc) {
+    Tristimulus light = skyWhole(camera, sky, at, ray);
+    if (disc > 0.0 && !at.falls) light += disc * sunBeyond(sky, at);
+#if EXTINCTION
+    Through rain = throughRain(at, ray);
+    light = rain.light + rain.passed * (light - rain.air);
+#endif
+    return light;
+}
+
+void main() {
+    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    Angle above = altitudeOf(ray) - sky.horizon;
+    Number away = length(ray - sky.towards);
+#if PIXEL_AREA
+    Angle rise = abs(dFdx(above)) + abs(dFdy(above));
+    Number turn = abs(dFdx(away)) + abs(dFdy(away));
+#else
+    const Angle rise = 0.0;
+    const Number turn = 0.0;
+#endif
+    Number disc = sky.disc > 0.0 ? shareBefore(sky.disc - away, turn) : 0.0;
+#if POLARIZER
+    disc *= 0.5;
+#endif
+    Number share = shareBefore(above, rise);
+    Tristimulus light = vec3(0.0);
+    // Of a pixel that the horizon crosses, the middle of either part.
+    if (share > 0.0) {
+        SkyPlace at = skyPlace(sky, ray, share < 1.0 ? 0.5 * share * rise : above, false);
+        light += share * around(ray, at, disc);
+    }
+    if (share < 1.0) {
+        SkyPlace at = skyPlace(sky, ray, share > 0.0 ? 0.5 * (share - 1.0) * rise : above, true);
+        light += (1.0 - share) * around(ray, at, 0.0);
+    }
+    radiance = vec4(light, 1.0);
+}
