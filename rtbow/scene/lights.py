@@ -16,7 +16,7 @@ from rtbow.physics.constants import (
     MOON_PHASES_DEG,
     SUN_DIAMETER_DEG,
 )
-from rtbow.scene.table import AltitudeDeg, Point, Table, refused, shown_as
+from rtbow.scene.table import AltitudeDeg, Point, Table, number, refused, shown_as
 
 _KIND = Field(
     description="the kind of light",
@@ -161,8 +161,8 @@ class SunLight(Table):
         if moon and data.get("angular_diameter_deg") is None:
             from rtbow.physics.light.moon import diameter_deg
 
-            distance = data.get("moon_distance_km") or MOON_DISTANCE_KM
-            if isinstance(distance, float | int) and distance >= MOON_DISTANCES_KM[0]:
+            distance = number(data.get("moon_distance_km") or MOON_DISTANCE_KM)
+            if distance is not None and distance >= MOON_DISTANCES_KM[0]:
                 data = {**data, "angular_diameter_deg": round(diameter_deg(distance), _DIGITS)}
         return data
 
@@ -178,8 +178,8 @@ def _by_time(data: dict[str, Any], moon: bool) -> dict[str, float]:
         raise refused(
             f"time = {str(text)[:40]!r} is no date and time; write for example 2013-05-27T13:46:00Z"
         ) from None
-    latitude, longitude = (data.get(key) for key in ("latitude_deg", "longitude_deg"))
-    numbers = [at for at in (latitude, longitude) if isinstance(at, float | int)]
+    place = [number(data.get(key)) for key in ("latitude_deg", "longitude_deg")]
+    numbers = [at for at in place if at is not None]
     if len(numbers) < 2:
         raise refused("time needs a place: give latitude_deg and longitude_deg in degrees, too")
     try:

@@ -4,6 +4,7 @@ Every field carries its description, unit and allowed range, so that panels, doc
 messages have one source.
 """
 
+import math
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, Strict
@@ -22,6 +23,17 @@ class Table(BaseModel):
     """A TOML table: frozen, no unknown keys, no conversions but int to float, no NaN, no inf."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def number(value: object) -> float | None:
+    """Give a value as what is computed from it before it is checked takes it: a float, infinite
+    where a whole number is beyond all floats; None where it is no number."""
+    if not isinstance(value, float | int):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def refused(message: str) -> PydanticCustomError:

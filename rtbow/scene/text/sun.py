@@ -40,7 +40,7 @@ class SunAt(NamedTuple):
         try:
             latitude, longitude, when = parts
             place = float(latitude), float(longitude)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise InputError(
                 f"sun {cut(str(value))}: must be latitude, longitude (degrees, north and east"
                 f" positive) and time, such as {EXAMPLE}"

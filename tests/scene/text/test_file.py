@@ -87,6 +87,21 @@ def test_huge_integers_are_refused_like_other_values():
     assert line.startswith("storm.toml: droplets.radius.radius_um = ")
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        'spectrum = "moon"\nmoon_distance_km = ',
+        "time = 2020-06-01T12:00:00Z\nlatitude_deg = 5.0\nlongitude_deg = ",
+    ],
+)
+def test_huge_integers_are_refused_where_others_follow_from_them(lines):
+    text = BASE.replace('type = "sun"', f'type = "sun"\n{lines}1{"0" * 400}')
+    assert text != BASE
+    assert problems(text)
+    with pytest.raises(InputError, match="light.0"):
+        load_scene("uniform", {"light.0.spectrum": "moon", "light.0.moon_distance_km": 10**400})
+
+
 def test_a_missing_file(tmp_path, scenes_dir):
     path = tmp_path / "none.toml"
     with pytest.raises(InputError, match=r"none\.toml: there is no such file"):
