@@ -13,6 +13,8 @@ DEEPEST_AIR_M = -1e5
 level, and light gets no farther than some metres."""
 TOP_M = 100_000.0
 """Where the air that glows ends: 4e-6 of its molecules are above."""
+MOST_AEROSOL_DEPTH = 2.0
+"""Vertical optical depth of aerosol up to which the sky holds its error; beyond are dust storms."""
 LEAST_EXTENT_M = 1e-3
 """A box that is thinner along any axis is a mistake: it holds no drop."""
 LEAST_SHARE_OF_DISTANCE = 2e-5

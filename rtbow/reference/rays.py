@@ -86,12 +86,16 @@ class Attenuation(NamedTuple):
         depth: optical depth of the rain at 550 nm (m,).
         air_depth: vertical optical depth of the air (W,).
         rain_ratio: the rain's extinction over that at 550 nm (W,).
+        others: columns of the air's other constituents (m, C); C may be 0.
+        others_depth: their vertical depths (C, W).
     """
 
     column: Array
     depth: Array
     air_depth: Array
     rain_ratio: Array
+    others: Array
+    others_depth: Array
 
 
 class DiscNodes(NamedTuple):
@@ -329,12 +333,11 @@ def sample_rays(rays: Rays, grid: Grid, edges: Array, thickest: float) -> Sample
 @compiled()
 def transmission(attenuation: Attenuation, k: int, w: int) -> float:
     """Share of the light at wavelength w that reaches the eye by way of sample k."""
-    return float(
-        np.exp(
-            -attenuation.air_depth[w] * attenuation.column[k]
-            - attenuation.rain_ratio[w] * attenuation.depth[k]
-        )
-    )
+    exponent = -attenuation.air_depth[w] * attenuation.column[k]
+    exponent -= attenuation.rain_ratio[w] * attenuation.depth[k]
+    for c in range(attenuation.others.shape[1]):
+        exponent -= attenuation.others_depth[c, w] * attenuation.others[k, c]
+    return float(np.exp(exponent))
 
 
 @compiled()

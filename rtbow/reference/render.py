@@ -19,7 +19,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Indices, Progress, floats, no_progress
 from rtbow.physics.air.earth_shadow import place_over_sphere, shadow_span
-from rtbow.physics.air.rayleigh import segment_column, sun_column
+from rtbow.physics.air.rayleigh import horizon_rad, segment_column, sun_column
 from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.physics.geometry import angle_between, box_span
 from rtbow.physics.light.colour import xyz_to_rgb
@@ -43,6 +43,8 @@ from rtbow.reference.sky import Sky
 from rtbow.tables.layout import RadiusAxis, angle_axis, radius_axis, row_sections, running_integral
 from rtbow.tables.mie.direct import DirectMieSections
 from rtbow.tables.sections import Sections
+from rtbow.tables.sky.air import shells_of
+from rtbow.tables.sky.transport import Air
 from rtbow.world.lights import NEAREST_M, Lamp, Sun
 from rtbow.world.optics import Optics
 from rtbow.world.rain.extinction import RainExtinction, paths_to, with_second
@@ -138,6 +140,12 @@ class _Setup:
         return floats(np.log(radius_m / self.rows.radius_m[0]) * self.rows.per_fold)
 
     @cached_property
+    def haze(self) -> Air | None:
+        """The air's ozone and aerosol, if it has them."""
+        haze = self.world.haze
+        return None if haze is None else haze.air(self.optics.wavelength_nm)
+
+    @cached_property
     def lamp_sections(self) -> LampSections:
         """Cross-sections without a disc at angles twice as close as the shader's own: summed once,
         not for every ray of a pixel."""
@@ -207,8 +215,32 @@ def _depth_to_light(setup: _Setup, light: Sun | Lamp, grid: Grid, points: Array)
     return depths_of_paths(inside, directions, lengths, grid)
 
 
-def _attenuation(setup: _Setup, column: Array, depth: Array) -> Attenuation:
-    return Attenuation(column, depth, setup.optics.air_depth, setup.rain_ratio)
+def _attenuation(setup: _Setup, column: Array, depth: Array, others: Array) -> Attenuation:
+    haze, waves = setup.haze, len(setup.optics.wavelength_nm)
+    depths = np.zeros((0, waves)) if haze is None else haze.beam[1:]
+    return Attenuation(column, depth, setup.optics.air_depth, setup.rain_ratio, others, depths)
+
+
+def _others_to_eye(setup: _Setup, points: Array, distance: Array) -> Array:
+    """Columns of ozone and aerosol from points (m, 3) to the eye (m, C), through flat layers as
+    those of the molecules; C is 0 where there are none."""
+    haze = setup.haze
+    if haze is None:
+        return np.zeros((len(points), 0))
+    eye = np.full(len(points), max(float(setup.origin[2]), 0.0))
+    return shells_of(haze).amounts(eye, np.maximum(points[:, 2], 0.0), distance)[1:].T
+
+
+def _others_to_sun(setup: _Setup, sun: Sun, points: Array) -> Array:
+    """The same towards a sun, through spherical shells."""
+    haze = setup.haze
+    if haze is None:
+        return np.zeros((len(points), 0))
+    height, altitude = points[:, 2], np.full(len(points), sun.altitude_rad)
+    if setup.world.shades(sun):
+        height, altitude = place_over_sphere(points, setup.origin, sun.direction)
+    height = np.maximum(height, 0.0)
+    return shells_of(haze).column_at(height, altitude - horizon_rad(height))[1:].T
 
 
 def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
@@ -227,7 +259,9 @@ def _under_suns(setup: _Setup, rays: Rays, grid: Grid) -> Array:
         if optics.has_air:
             column = column + _column_to_sun(setup, sun, points)
         depth = eye_depth + _depth_to_light(setup, sun, grid, points)
-        attenuation = _attenuation(setup, column, depth)
+        others = _others_to_eye(setup, points, samples.distance)
+        others = np.ascontiguousarray(others + _others_to_sun(setup, sun, points))
+        attenuation = _attenuation(setup, column, depth, others)
         # 0 is forward: light travels along -direction and on towards the eye along -ray.
         theta = angle_between(rays.directions, sun.direction)
         share = setup.world.view.perpendicular_share(sun.direction, rays.directions)
@@ -312,7 +346,13 @@ def _under_lamps(setup: _Setup, rays: Rays, grid: Grid) -> Array:
             column = column + segment_column(lamp.position_m[2], slope, distance)
         depth = _depth_to_eye(setup, rays, grid, pieces.start, pieces.distance)
         depth = depth + _depth_to_light(setup, lamp, grid, points)
-        attenuation = _attenuation(setup, column, depth)
+        others = _others_to_eye(setup, points, pieces.distance)
+        if setup.haze is not None:
+            way = np.linalg.norm(points - lamp.position_m, axis=1)
+            lamp_m = np.full(len(points), max(float(lamp.position_m[2]), 0.0))
+            up = np.maximum(points[:, 2], 0.0)
+            others = others + shells_of(setup.haze).amounts(lamp_m, up, way)[1:].T
+        attenuation = _attenuation(setup, column, depth, np.ascontiguousarray(others))
         towards = lamp.position_m - rays.origin
         share = setup.world.view.perpendicular_share(towards, rays.directions)
         if setup.sections is None:

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Progress, no_progress
+from rtbow.base.arrays import Array, Mask, Progress, no_progress
 from rtbow.base.compiled import compiled, prange
+from rtbow.physics.air.rayleigh import horizon_rad
 from rtbow.physics.air.shells import ray_ends
 from rtbow.reference.rays import Rays
+from rtbow.tables.sky.air import shells_of
 from rtbow.tables.sky.field import field_at, no_field
-from rtbow.tables.sky.transport import Air, Path, Scattered, gather_ray, ray_end
+from rtbow.tables.sky.transport import Air, Path, Scattered, gather_ray
 from rtbow.world.lights import Sun
 from rtbow.world.sky import Surroundings
 
@@ -89,11 +91,23 @@ class Sky:
             probes: what of the light is seen (n, 3, 3).
         """
         angle = np.linalg.norm(rays.directions - sun.direction, axis=1)
-        disc = np.where(angle < 2.0 * np.sin(0.5 * sun.disc_rad), sun.disc_radiance, 0.0)
+        on = angle < 2.0 * np.sin(0.5 * sun.disc_rad)
+        disc = np.where(on, sun.disc_radiance, 0.0)[:, None] * self._beam(rays, on)
         return _gather_rays(
             rays, edges, rain, rain_ratio, sun.direction, self.air, self.scattered,
             float(self.around.glows), np.ascontiguousarray(probes), disc,
         )  # fmt: skip
+
+    def _beam(self, rays: Rays, chosen: Mask) -> Array:
+        """Share of light from above the air that arrives sharply along chosen rays (n, W); none
+        past the ground."""
+        height, altitude = float(rays.origin[2]), np.arcsin(np.clip(rays.directions[:, 2], -1, 1))
+        clear = altitude - horizon_rad(height)
+        arrives = np.zeros((len(altitude), len(self.air.albedo)))
+        free = chosen & (clear >= 0.0)
+        columns = shells_of(self.air).column_at(np.full(int(free.sum()), height), clear[free])
+        arrives[free] = np.exp(-columns.T @ self.air.beam)
+        return arrives
 
 
 @compiled(parallel=True)
@@ -105,14 +119,13 @@ def _gather_rays(
     seen = np.zeros((len(edges), waves))
     for n in prange(len(edges)):
         ray = rays.directions[n]
-        out, through = np.zeros((waves, 1)), np.zeros(waves)
+        out, through = np.zeros((1, waves)), np.zeros(waves)
         path = Path(height, ray, edges[n], rain[n], rain_ratio)
         gather_ray(path, sun, air, scattered, True, glow, probes[n : n + 1], out, through)
-        free = not ray_end(height, ray[2])[1]
         half = 0.5 * (probes[n, 0, 0] + probes[n, 1, 1] + probes[n, 2, 2])
         half -= 0.5 * (ray @ probes[n] @ ray)
         for w in range(waves):
-            seen[n, w] = out[w, 0]
-            if free:
-                seen[n, w] += disc[n] * half * through[w]
+            seen[n, w] = out[0, w]
+            rain_left = np.exp(-rain[n, -1] * rain_ratio[w])
+            seen[n, w] += disc[n, w] * half * rain_left
     return seen

@@ -9,6 +9,7 @@ from rtbow.base.errors import UnsuitedError
 from rtbow.base.limits import LEAST_SHARE_OF_DISTANCE
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import check_sizes
+from rtbow.render.haze import check_haze
 from rtbow.world.world import World
 
 
@@ -24,6 +25,7 @@ def check_world(gl: GlContext, world: World) -> None:
             f"droplets.box_m begins {world.volume.box_m[0, 2]:g} m up, below what is around it: the"
             " ground hides drops from --method reference alone; begin at 0 or higher"
         )
+    check_haze(world)
     check_sizes(gl, world.view.size_px, world.volume.shape)
     check_box(world)
 

@@ -170,16 +170,23 @@ def _colours(sun: Sun) -> Array:
 
 def _textures(gl: GlContext, table: SkyTable, world: World) -> dict[str, Texture]:
     """Upload a sky."""
-    whole = table.layers[-1] + table.ground  # (S, rows, columns, 3)
-    stacked = whole.reshape(-1, *whole.shape[2:])
     textures: dict[str, Texture] = {
-        "sky.whole": row_texture(gl, stacked),
+        "sky.whole": row_texture(gl, _stacked(table.layers[-1] + table.ground)),
         "sky.beyond": row_texture(gl, table.beyond[None]),
     }
+    if table.glare is not None and table.phase is not None:
+        textures["sky.glare"] = row_texture(gl, _stacked(table.glare[-1]))
+        textures["sky.phase"] = row_texture(gl, table.phase.T[None])
     if world.rain is not None:
-        layers = table.layers[:-1]
-        textures["sky.layers"] = volume_texture(gl, layers.reshape(len(layers), *stacked.shape))
+        for name, part in (("sky.layers", table.layers), ("sky.glareLayers", table.glare)):
+            if part is not None:
+                textures[name] = volume_texture(gl, np.stack([_stacked(one) for one in part[:-1]]))
     return textures
+
+
+def _stacked(blocks: Float32) -> Float32:
+    """Lay blocks of rows (B, rows, columns, 3) above each other."""
+    return blocks.reshape(-1, *blocks.shape[2:])
 
 
 def _defines(world: World) -> dict[str, Define]:
@@ -187,8 +194,12 @@ def _defines(world: World) -> dict[str, Define]:
     if not world.volume.uniform:
         cells = most_steps(step_rates(world.volume, world.optics), world.volume)
         steps = min(max(cells, _EVEN_STEPS), _MOST_STEPS)
-    defines = common_defines(world)
-    return {**defines, "SKY_RISING": RISING, "SKY_FALLING": FALLING, "SKY_STEPS": steps}
+    return {
+        **common_defines(world),
+        "SKY_RISING": RISING,
+        "SKY_FALLING": FALLING,
+        "SKY_STEPS": steps,
+    }
 
 
 def _sun_uniforms(world: World, sun: Sun, table: SkyTable) -> dict[str, Any]:

@@ -61,6 +61,7 @@ def common_defines(world: World) -> dict[str, Define]:
         "GRID": not world.volume.uniform,
         "AIR": world.optics.has_air,
         "EXTINCTION": world.rain is not None,
+        "HAZE": world.haze is not None and world.haze.aerosol is not None,
         "UNSEEN_DEPTH": UNSEEN_DEPTH,
         "LEAST_SEEN": LEAST_SEEN,
         "POLARIZER": world.view.polarizer is not None,

@@ -2,9 +2,75 @@
 
 from __future__ import annotations
 
-from pydantic import Field, ValidationInfo, field_validator
+from typing import Literal, Self
 
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from rtbow.base.limits import MOST_AEROSOL_DEPTH
 from rtbow.scene.table import Table, refused, shown_as
+
+FREE_AEROSOL = ("angstrom_exponent", "single_scattering_albedo", "asymmetry", "scale_height_m")
+"""Keys of an aerosol that is no known mixture."""
+
+
+class Aerosol(Table):
+    """Haze: small particles in the air, of a known mixture or by a few numbers."""
+
+    model: Literal[
+        "continental-clean", "continental-average", "continental-polluted", "maritime-clean",
+        "custom",
+    ] = Field(
+        "continental-average",
+        description="mixture of OPAC at a relative humidity of 70 %, in a layer up to 2 km; or "
+        "custom, by the numbers below",
+        json_schema_extra=shown_as("", "Haze whitens the sky and dims what is far."),
+    )  # fmt: skip
+    optical_depth_550: float | None = Field(
+        None,
+        ge=0,
+        le=MOST_AEROSOL_DEPTH,
+        description="vertical optical depth at 550 nm; left out: the model's, 0.15 of custom",
+        json_schema_extra=shown_as("", "More of it hides what is far.", (0.0, 1.0)),
+    )
+    angstrom_exponent: float | None = Field(
+        None,
+        ge=-1,
+        le=4,
+        description="of custom: exponent of the depth's fall with the wavelength; left out: 1.3",
+        json_schema_extra=shown_as("", "Small particles have a large one: their haze is blue."),
+    )
+    single_scattering_albedo: float | None = Field(
+        None,
+        ge=0,
+        le=1,
+        description="of custom: share of the depth that is scattering; the rest is absorbed; left "
+        "out: 0.93",
+        json_schema_extra=shown_as("", "Soot lowers it, and darkens the haze."),
+    )
+    asymmetry: float | None = Field(
+        None,
+        ge=-0.9,
+        le=0.9,
+        description="of custom: parameter of the phase function of Cornette and Shanks; left out: "
+        "0.7",
+        json_schema_extra=shown_as("", "Large particles have a large one: the sun has a glare."),
+    )
+    scale_height_m: float | None = Field(
+        None,
+        ge=100,
+        le=20_000,
+        description="of custom: height over which its density falls by a factor e; left out: 1200",
+        json_schema_extra=shown_as("m", "A low layer is thick towards the horizon.", log=True),
+    )
+
+    @model_validator(mode="after")
+    def _numbers_go_with_custom(self) -> Self:
+        given = [key for key in FREE_AEROSOL if getattr(self, key) is not None]
+        if self.model != "custom" and given:
+            raise refused(
+                f'{given[0]} goes with model = "custom"; leave it out, or change the model'
+            )
+        return self
 
 
 class Atmosphere(Table):
@@ -22,12 +88,35 @@ class Atmosphere(Table):
         json_schema_extra=shown_as("", "The bow stands in a blue sky."),
     )
 
+    ozone_du: float = Field(
+        0.0,
+        ge=0,
+        le=1000,
+        description="column of ozone, Dobson units; it takes yellow and orange light high above the"
+        " rain",
+        json_schema_extra=shown_as(
+            "DU", "300 is usual: a low sun's sky is blue by it.", (0.0, 500.0)
+        ),
+    )
+    aerosol: Aerosol | None = Field(
+        None,
+        description="haze; left out: none",
+        json_schema_extra=shown_as("", "The sky is whiter, what is far is dimmer."),
+    )
+
     @field_validator("sky")
     @classmethod
     def _glows_where_it_is(cls, sky: bool, info: ValidationInfo) -> bool:
         if sky and not info.data.get("rayleigh", True):
             raise refused("needs rayleigh = true: it is the air's molecules that glow")
         return sky
+
+    @field_validator("ozone_du", "aerosol")
+    @classmethod
+    def _within_air(cls, value: object, info: ValidationInfo) -> object:
+        if value and not info.data.get("rayleigh", True):
+            raise refused("needs rayleigh = true: there is no air without its molecules")
+        return value
 
 
 class Ground(Table):

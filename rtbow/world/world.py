@@ -26,7 +26,7 @@ from rtbow.world.lights import Sun, lamps, light_notes, suns
 from rtbow.world.optics import Optics, scene_optics
 from rtbow.world.rain.drops import left_out
 from rtbow.world.rain.volume import DropletVolume, scene_volume
-from rtbow.world.sky import Surroundings, surroundings, surroundings_notes
+from rtbow.world.sky import Surroundings, dimming_air, surroundings, surroundings_notes
 
 if TYPE_CHECKING:
     from rtbow.tables.sections import Sections, Theory
@@ -123,6 +123,7 @@ class World:
         rain: the drops' own extinction, or None.
         fineness: how finely it asks to be computed.
         around: the air's own light and the ground, or None.
+        haze: air whose ozone and aerosol dim light beside its molecules, or None.
         notes: what of the scene is not drawn as it stands, in words.
     """
 
@@ -133,6 +134,7 @@ class World:
     rain: RainExtinction | None
     fineness: Fineness
     around: Surroundings | None
+    haze: Surroundings | None
     notes: tuple[str, ...]
     _scene: Scene = field(repr=False)
     _still: dict[str, Any] = field(repr=False)
@@ -243,6 +245,7 @@ def resolve(scene: Scene) -> World:
         rain,
         Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
         surroundings(scene),
+        dimming_air(scene),
         _notes(scene),
         scene,
         _without_places(scene),

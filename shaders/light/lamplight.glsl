@@ -17,7 +17,7 @@ Tristimulus lampLight(sampler2D spectral, Theory theory, int light, vec2 theta, 
         vec4 weight = texelFetch(spectral, ivec2(w, FIRST_LIGHT_ROW + SUN_COUNT + light), 0);
         CrossSection value = meanSection(spectral, theory, w, terms, theta, disc, lit, perpendicular);
 #if ATTENUATION
-        value *= attenuation(spectral, w, weight.a, column, depth, rise);
+        value *= attenuation(spectral, w, weight.a, column, depth, rise, 0.0);
 #endif
         sum += value * weight.rgb;
     }

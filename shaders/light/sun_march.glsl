@@ -2,6 +2,7 @@
 #include "common/math.glsl"
 #include "common/camera.glsl"
 #include "air/atmosphere.glsl"
+#include "air/haze.glsl"
 #include "rain/march.glsl"
 #include "rain/volume.glsl"
 #include "light/sunlight.glsl"
@@ -51,6 +52,9 @@ Column columnBy(Air air, Sun sun, Direction ray, Length distance) {
 Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, March march,
                      ivec2 steps, Air air, Sun suns[SUN_COUNT], sampler2D spectral,
                      Theory theory
+#if HAZE
+                     , Haze haze
+#endif
 #if PIXEL_AREA
                      , PixelSpan seen, SoftBox box
 #endif
@@ -145,11 +149,16 @@ Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, Mar
 #if AIR
                 column = columnBy(air, suns[s], ray, distance);
 #endif
+                Number dimmed = 0.0;
+#if HAZE
+                dimmed = hazeAlong(haze, ray, distance, s);
+#endif
 #if ONE_RADIUS
-                sum += reach * attenuatedLight(spectral, s, sections[s], column, depth, rise);
+                sum += reach * attenuatedLight(spectral, s, sections[s], column, depth, rise,
+                                               dimmed);
 #else
                 sum += reach * scatteredLight(spectral, theory, s, views[s], drops.radius, column,
-                                              depth, rise);
+                                              depth, rise, dimmed);
 #endif
             }
 #endif
@@ -158,7 +167,8 @@ Tristimulus sunlight(Camera camera, Direction ray, vec2 span, Volume volume, Mar
 #if ONE_RADIUS && !ATTENUATION
     for (int s = 0; s < SUN_COUNT; ++s) {
         if (isDark(views[s])) continue;
-        sum += passed * scatteredLight(spectral, theory, s, views[s], volume.radius, 0.0, 0.0, 0.0);
+        sum += passed * scatteredLight(spectral, theory, s, views[s], volume.radius, 0.0, 0.0, 0.0,
+                                        0.0);
     }
 #endif
     return sum;

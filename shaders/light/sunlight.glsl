@@ -47,11 +47,11 @@ Sections crossSections(sampler2D spectral, Theory theory, SunView sun, Length ra
 
 // One sample's light over all wavelengths, per metre of ray and per drop density, from cross-sections.
 Tristimulus attenuatedLight(sampler2D spectral, int light, Sections sections, Column column,
-                            Number depth, Number rise) {
+                            Number depth, Number rise, Number haze) {
     Tristimulus sum = vec3(0.0);
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
         vec4 weight = texelFetch(spectral, ivec2(w, FIRST_LIGHT_ROW + light), 0);
-        sum += sections.at[w] * attenuation(spectral, w, weight.a, column, depth, rise) * weight.rgb;
+        sum += sections.at[w] * attenuation(spectral, w, weight.a, column, depth, rise, haze) * weight.rgb;
     }
     return sum;
 }
@@ -60,14 +60,14 @@ Tristimulus attenuatedLight(sampler2D spectral, int light, Sections sections, Co
 // One sample's light over all wavelengths, per metre of ray and per drop density, from the radius of
 // its drops.
 Tristimulus scatteredLight(sampler2D spectral, Theory theory, int light, SunView sun,
-                           Length radius, Column column, Number depth, Number rise) {
+                           Length radius, Column column, Number depth, Number rise, Number haze) {
     vec2 terms = radiusTerms(theory, radius);
     Tristimulus sum = vec3(0.0);
     for (int w = 0; w < WAVELENGTH_COUNT; ++w) {
         vec4 weight = texelFetch(spectral, ivec2(w, FIRST_LIGHT_ROW + light), 0);
         Number value = pixelSection(spectral, theory, w, terms, sun);
 #if ATTENUATION
-        value *= attenuation(spectral, w, weight.a, column, depth, rise);
+        value *= attenuation(spectral, w, weight.a, column, depth, rise, haze);
 #endif
         sum += value * weight.rgb;
     }

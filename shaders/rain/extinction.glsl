@@ -89,15 +89,19 @@ Number rainLeft(RainDepth rain) {
 
 #if ATTENUATION
 // What air and rain leave of a wavelength's light, as the mean over a step on which the rain's depth
-// grows from `depth` by `rise`. weight: depth of the air per column.
+// grows from `depth` by `rise`. weight: depth of the air per column; haze: depth of aerosol at 550 nm.
 Number attenuation(sampler2D spectral, int wavelength, Number weight, Column column, Number depth,
-                   Number rise) {
+                   Number rise, Number haze) {
+    Number passed = 1.0;
+#if HAZE
+    passed = exp(-texelFetch(spectral, ivec2(wavelength, HAZE_ROW), 0).r * haze);
+#endif
 #if EXTINCTION
     // Small drops' extinction differs between wavelengths by up to a factor of two.
     Number ratio = texelFetch(spectral, ivec2(wavelength, RAIN_ROW), 0).r;
-    return exp(-weight * column - ratio * depth) * meanDecay(ratio * rise);
+    return passed * exp(-weight * column - ratio * depth) * meanDecay(ratio * rise);
 #else
-    return exp(-weight * column);
+    return passed * exp(-weight * column);
 #endif
 }
 #endif

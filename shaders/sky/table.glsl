@@ -9,6 +9,14 @@ struct Sky {
     sampler3D layers;      // of the air alone, up to distances that grow as squares, and in all
     Length farthest;       // the last of these distances
 #endif
+#if HAZE
+    sampler2D glare;       // what aerosol makes of the sun's own light, over the parts of its phase
+                           // function, above each other
+    sampler2D phase;       // these, by the root of the angle from the sun
+#if EXTINCTION
+    sampler3D glareLayers; // of the glare, as of the air
+#endif
+#endif
     sampler2D beyond;      // share of its light that passes the air, by altitude above the horizon
     Number brightness;     // of the sun's disc above the air, 1/sr
     Angle horizon;         // its altitude
@@ -22,6 +30,9 @@ struct SkyPlace {
     Number column;
     Number row;
     bool falls;            // below the horizon
+#if HAZE
+    vec3 phase;            // the parts of the aerosol's phase function, 1/sr
+#endif
 };
 
 // Mesa's asin errs by 1e-4 rad, its atan by 3e-6.
@@ -36,7 +47,16 @@ SkyPlace skyPlace(Sky sky, Direction ray, Angle above, bool falls) {
     Angle aside = dot(level, level) > 0.0 ? abs(atan(level.y, level.x)) : 0.0;
     Number share = falls ? -above / (0.5 * PI + sky.horizon) : above / (0.5 * PI - sky.horizon);
     share = clamp(share, 0.0, 1.0);
-    return SkyPlace(aside / PI, falls ? pow(share, 1.0 / 3.0) : sqrt(share), falls);
+    SkyPlace at;
+    at.column = aside / PI;
+    at.row = falls ? pow(share, 1.0 / 3.0) : sqrt(share);
+    at.falls = falls;
+#if HAZE
+    Number root = sqrt(angleBetween(ray, sky.towards) / PI);
+    vec2 size = vec2(textureSize(sky.phase, 0));
+    at.phase = textureLod(sky.phase, vec2(texelCentred(root, size.x), 0.5), 0.0).rgb;
+#endif
+    return at;
 }
 
 // Texture coordinates of a place, in the block of one Stokes component.
@@ -64,18 +84,35 @@ vec3 stokesPassed(Camera camera, Sky sky, Direction ray) {
 }
 #endif
 
+#if HAZE
+// Unpolarised light that a camera sees of what it would without a filter.
+#if POLARIZER
+const Number UNPOLARISED = 0.5;
+#else
+const Number UNPOLARISED = 1.0;
+#endif
+#endif
+
+// Light of the air and the ground along a whole ray.
 Tristimulus skyWhole(Camera camera, Sky sky, SkyPlace at, Direction ray) {
     vec2 size = vec2(textureSize(sky.whole, 0));
+    Tristimulus light = vec3(0.0);
 #if POLARIZER
     vec3 passed = stokesPassed(camera, sky, ray);
-    Tristimulus light = vec3(0.0);
     for (int s = 0; s < 3; ++s) {
         light += passed[s] * textureLod(sky.whole, skyTexel(at, size, float(s)), 0.0).rgb;
     }
-    return light;
 #else
-    return textureLod(sky.whole, skyTexel(at, size, 0.0), 0.0).rgb;
+    light = textureLod(sky.whole, skyTexel(at, size, 0.0), 0.0).rgb;
 #endif
+#if HAZE
+    size = vec2(textureSize(sky.glare, 0));
+    for (int part = 0; part < 3; ++part) {
+        vec2 texel = skyTexel(at, size, float(part));
+        light += UNPOLARISED * at.phase[part] * textureLod(sky.glare, texel, 0.0).rgb;
+    }
+#endif
+    return light;
 }
 
 #if EXTINCTION
@@ -83,17 +120,24 @@ Tristimulus skyWhole(Camera camera, Sky sky, SkyPlace at, Direction ray) {
 Tristimulus skyUpTo(Camera camera, Sky sky, SkyPlace at, Direction ray, Length distance) {
     vec3 size = vec3(textureSize(sky.layers, 0));
     Number layer = texelCentred(sqrt(distance / sky.farthest), size.z);
+    Tristimulus light = vec3(0.0);
 #if POLARIZER
     vec3 passed = stokesPassed(camera, sky, ray);
-    Tristimulus light = vec3(0.0);
     for (int s = 0; s < 3; ++s) {
         vec2 texel = skyTexel(at, size.xy, float(s));
         light += passed[s] * textureLod(sky.layers, vec3(texel, layer), 0.0).rgb;
     }
-    return light;
 #else
-    return textureLod(sky.layers, vec3(skyTexel(at, size.xy, 0.0), layer), 0.0).rgb;
+    light = textureLod(sky.layers, vec3(skyTexel(at, size.xy, 0.0), layer), 0.0).rgb;
 #endif
+#if HAZE
+    vec2 glareSize = vec2(textureSize(sky.glareLayers, 0).xy);
+    for (int part = 0; part < 3; ++part) {
+        vec3 texel = vec3(skyTexel(at, glareSize, float(part)), layer);
+        light += UNPOLARISED * at.phase[part] * textureLod(sky.glareLayers, texel, 0.0).rgb;
+    }
+#endif
+    return light;
 }
 #endif
 

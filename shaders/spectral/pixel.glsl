@@ -12,6 +12,9 @@ uniform Camera camera;
 uniform Air air;
 uniform Volume volume;
 uniform March march;
+#if HAZE
+uniform Haze haze;
+#endif
 uniform ivec2 stepRange;            // this pass draws steps first..last-1; passes add up
 uniform sampler2D spectral;         // per-wavelength numbers of bows, lights and rain
 #if SUN_COUNT
@@ -50,7 +53,11 @@ void main() {
     if (seen.span.x < seen.span.y) {
 #if SUN_COUNT
         sum += seen.share * sunlight(camera, ray, seen.span, volume, march, stepRange, air, suns,
-                                     spectral, sunTheory, seen, box);
+                                     spectral, sunTheory,
+#if HAZE
+                                     haze,
+#endif
+                                     seen, box);
 #endif
     }
 #if LAMP_COUNT
@@ -68,7 +75,11 @@ void main() {
 #else
     if (span.x < span.y) {
 #if SUN_COUNT
-        sum += sunlight(camera, ray, span, volume, march, stepRange, air, suns, spectral, sunTheory);
+        sum += sunlight(camera, ray, span, volume, march, stepRange, air, suns, spectral, sunTheory
+#if HAZE
+                        , haze
+#endif
+                        );
 #endif
 #if LAMP_COUNT
         for (int light = 0; light < LAMP_COUNT; ++light) {

@@ -170,7 +170,7 @@ def test_none_takes_the_comparison_out():
         (
             "light = [{ foo = 3 }]",
             "compare.right: unknown key light.0.foo; known here: type, altitude_deg, azimuth_deg, "
-            "spectrum, beyond, angular_diameter_deg, irradiance_w_m2, time, latitude_deg, "
+            "spectrum, beyond, angular_diameter_deg, visible, irradiance_w_m2, time, latitude_deg, "
             "longitude_deg, moon_phase_deg, moon_distance_km",
         ),
         (

@@ -137,11 +137,58 @@ def test_a_sun_that_is_not_visible_still_lights():
     assert along(hidden, (180.0, 20.0))[0, 1] < 1e-3 * along(shown, (180.0, 20.0))[0, 1]
 
 
+def test_haze_dims_the_bow_as_its_column_says():
+    """Grey haze, in closed form: a thin box of rain at one height, through flat exponential layers
+    of which a high sun's way differs by 1e-3."""
+    depth, scale, high, far = 0.3, 1500.0, 1200.0, 3000.0
+    ray = (180.0 - 180.0, np.degrees(np.arctan2(high, far)))
+    box = {"droplets.box_m": [[-20.0, far, high - 20.0], [20.0, far + 1.0, high + 20.0]]}
+    sun = np.degrees(np.arctan2(high, far))  # straight behind: scattering angle of 138 degrees
+    changes = {**box, "light.0.altitude_deg": 41.0 - sun, "atmosphere.rayleigh": True}
+    grey = {
+        "atmosphere.aerosol.model": "custom", "atmosphere.aerosol.optical_depth_550": depth,
+        "atmosphere.aerosol.angstrom_exponent": 0.0, "atmosphere.aerosol.scale_height_m": scale,
+    }  # fmt: skip
+    clear, hazy = along(changes, ray), along({**changes, **grey}, ray)
+    above = np.exp(-high / scale) / np.sin(np.radians(41.0 - sun))
+    below = (1.0 - np.exp(-high / scale)) / np.sin(np.radians(ray[1]))
+    assert clear[0, 1] > 0.0
+    np.testing.assert_allclose(hazy / clear, np.exp(-depth * (above + below)), rtol=3e-3)
+
+
+def test_ozone_takes_what_is_published():
+    """300 DU straight above: of light at 600 nm 0.0405 of optical depth (Serdyuchenko et al.)."""
+    changes = {
+        "light.0.altitude_deg": 41.0, "droplets.box_m": [[-20.0, 300.0, 0.0], [20.0, 301.0, 20.0]],
+        "render.wavelength_step_nm": 20.0, "atmosphere.rayleigh": True,
+    }  # fmt: skip
+    rays = np.array([direction(0.0, 0.5)])
+
+    def spectrum(more):
+        world = resolve(rtbow.load_scene("uniform", {**changes, **more}))
+        return spectral_radiance_along(world, rays)[0], world.optics.wavelength_nm
+
+    clear, nm = spectrum({})
+    dim, _ = spectrum({"atmosphere.ozone_du": 300.0})
+    at = int(np.argmin(np.abs(nm - 600.0)))
+    depth = -np.log(dim[at] / clear[at]) * np.sin(np.radians(41.0))
+    assert depth == pytest.approx(0.0405, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
         ({"atmosphere.rayleigh": False, "atmosphere.sky": True}, "needs rayleigh = true"),
         ({"ground.albedo": 1.2}, r"0\.\.1"),
+        ({"atmosphere.ozone_du": -1.0}, r"0\.\.1000"),
+        ({"atmosphere.rayleigh": False, "atmosphere.ozone_du": 300.0}, "needs rayleigh = true"),
+        ({"atmosphere.aerosol.optical_depth_550": -0.1}, r"0\.\.2"),
+        ({"atmosphere.aerosol.optical_depth_550": 9.0}, r"0\.\.2"),
+        ({"atmosphere.aerosol": {"model": "custom", "single_scattering_albedo": 1.01}}, r"0\.\.1"),
+        ({"atmosphere.aerosol": {"model": "custom", "asymmetry": 1.0}}, r"-0\.9\.\.0\.9"),
+        ({"atmosphere.aerosol": {"model": "custom", "scale_height_m": 2e5}}, r"100\.\.20000"),
+        ({"atmosphere.aerosol": {"model": "maritime-clean", "asymmetry": 0.5}}, "custom"),
+        ({"atmosphere.aerosol.model": "desert"}, "continental-clean"),
         ({"ground.albedo": 0.5, "camera.position_m": [0.0, 0.0, -1.0]}, r"0\.\.100000"),
         ({"ground.albedo": 0.5, "camera.position_m": [0.0, 0.0, 2e5]}, r"0\.\.100000"),
     ],

@@ -194,6 +194,7 @@ def test_the_walk_meets_every_table_once():
         "droplets.radius",
         "droplets.density",
         "atmosphere",
+        "atmosphere.aerosol",
         "ground",
         "scattering",
         "render",
@@ -220,6 +221,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         "c": "°C",
         "mm": "mm",
         "kg": "g/kg",
+        "du": "DU",
     }
     per_length = {"lambda_per_mm": "1/mm"}
     assert unit == per_length.get(key, suffixes.get(key.rpartition("_")[2], ""))

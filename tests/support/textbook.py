@@ -136,6 +136,18 @@ def panels(low, high, count):
 
 def molecular_sky():
     """Places of a sky of molecules and what SASKTRAN2 has there, as dictionaries of numbers."""
-    path = Path(__file__).parents[1] / "tables" / "sky" / "molecules.csv"
+    return _sky("molecules.csv")
+
+
+@lru_cache
+def hazy_sky():
+    """Places of skies with aerosol and what SASKTRAN2 and a Monte Carlo have there, as dictionaries
+    of numbers; NaN where there is none."""
+    return _sky("aerosol.csv")
+
+
+def _sky(name):
+    path = Path(__file__).parents[1] / "tables" / "sky" / name
     lines = [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
-    return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(lines)]
+    rows = csv.DictReader(lines)
+    return [{key: float(value or "nan") for key, value in row.items()} for row in rows]

@@ -16,6 +16,7 @@ import tomlkit
 from rtbow.base.limits import DEEPEST_AIR_M, INDICES
 from rtbow.base.resources import resource_dir
 from rtbow.scene.aim import LOOKED_AT
+from rtbow.scene.air import FREE_AEROSOL
 from rtbow.scene.droplets import BY_PARTS
 from rtbow.scene.lights import FROM_TIME, LIT, MOON, TIME_AND_PLACE
 from rtbow.scene.radius import density_key
@@ -50,7 +51,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     for light in values["light"]:
         _fit_light(rng, light)
     _fit_camera(rng, camera, values["light"])
-    _fit_ground(values, camera)
+    _fit_air(rng, values, camera)
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -200,7 +201,10 @@ def _right(rng: Rng) -> dict[str, Any]:
     fields = [
         (table, key)
         for table, key, _ in walk_fields()
-        if (table.startswith(("camera", "atmosphere", "scattering", "render")) and key != "look")
+        if (
+            table.startswith(("camera", "atmosphere", "scattering", "render"))
+            and key not in ("look", *FREE_AEROSOL)
+        )
         or key in ("spectrum", "extinction", "seed")
     ]
     values = {}
@@ -238,6 +242,7 @@ def _make_quick(rng: Rng, values: dict[str, Any]) -> None:
     pixels of a thousand rays each under a lamp, which has no disc to say that fewer do."""
     values.pop("compare", None)
     values.get("atmosphere", {}).pop("sky", None)
+    values.get("atmosphere", {}).pop("aerosol", None)
     del values["light"][1:]
     if values["light"][0]["type"] == "point":
         values["camera"].pop("pixel", None)
@@ -321,10 +326,18 @@ def _fit_camera(rng: Rng, camera: dict[str, Any], lights: list[dict[str, Any]]) 
             camera.pop(key, None)
 
 
-def _fit_ground(values: dict[str, Any], camera: dict[str, Any]) -> None:
-    """Have the air glow where there is air, and the eye above the ground."""
-    if not values.get("atmosphere", {}).get("rayleigh", True):
-        values["atmosphere"].pop("sky", None)
+def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
+    """Have the air glow where there is air, haze in it, and the eye above the ground."""
+    air = values.get("atmosphere", {})
+    if not air.get("rayleigh", True):
+        for key in ("sky", "ozone_du", "aerosol"):
+            air.pop(key, None)
+    haze = air.get("aerosol", {})
+    if haze and rng.random() < 0.5:
+        haze["model"] = "custom"
+    if haze.get("model") != "custom":
+        for key in FREE_AEROSOL:
+            haze.pop(key, None)
     if "ground" in values and "position_m" in camera:
         camera["position_m"][2] = abs(camera["position_m"][2])
 

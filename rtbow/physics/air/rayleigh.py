@@ -166,13 +166,17 @@ def column_table() -> ColumnTable:
 
 
 def log_columns(top_m: float, rows: int, columns: int) -> Array:
-    """Give logarithms of the sun column over height and altitude, laid out as in
-    :class:`ColumnTable`: rows up to ``top_m``, altitudes by ``ALTITUDE_CURVE``; (rows, columns)."""
+    """Give logarithms of the sun column over :func:`column_axes` (rows, columns)."""
+    return floats(np.log(sun_column(*column_axes(top_m, rows, columns))))
+
+
+def column_axes(top_m: float, rows: int, columns: int) -> tuple[Array, Array]:
+    """Give heights (rows, 1), m, and altitudes (rows, columns), rad, laid out as in
+    :class:`ColumnTable`: rows up to ``top_m``, altitudes by ``ALTITUDE_CURVE``."""
     height = top_m * np.linspace(0.0, 1.0, rows)[:, None] ** 2
     q = np.linspace(0.0, 1.0, columns)[None, :]
     horizon = horizon_rad(height)
     span = 0.5 * np.pi - horizon
     altitude = horizon + span * np.expm1(ALTITUDE_CURVE * q) / np.expm1(ALTITUDE_CURVE)
     # The grazing ray itself is on the edge of the shadow: start a hair above it.
-    column = sun_column(height, np.maximum(altitude, horizon + 1e-9))
-    return floats(np.log(column))
+    return height, np.maximum(altitude, horizon + 1e-9)

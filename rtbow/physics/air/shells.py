@@ -9,7 +9,12 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Mask, Values, floats
 from rtbow.base.limits import TOP_M
-from rtbow.physics.air.rayleigh import ALTITUDE_CURVE, horizon_rad, log_columns
+from rtbow.physics.air.rayleigh import (
+    ALTITUDE_CURVE,
+    column_axes,
+    horizon_rad,
+    log_columns,
+)
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 
 _STEP_M = 100.0
@@ -34,13 +39,32 @@ class Shells(NamedTuple):
     density: Array
     log_column: Array
 
-    def density_at(self, height_m: Array) -> Array:
-        """Interpolate the density at heights, in one more axis in front (C, ...)."""
+    @property
+    def below(self) -> Array:
+        """Shares of the vertical columns below the heights of ``density`` (C, N)."""
+        layers = 0.5 * (self.density[:, 1:] + self.density[:, :-1]) * _STEP_M
+        return np.concatenate([np.zeros((len(layers), 1)), np.cumsum(layers, axis=1)], axis=1)
+
+    def amounts(self, first_m: Array, last_m: Array, length_m: Array) -> Array:
+        """Give shares of the vertical columns along pieces of rays, in one more axis in front (C,
+        ...): layers that end within a piece count as far as they reach.
+
+        Args:
+            first_m: heights of the pieces' ends, m.
+            last_m: of their other ends.
+            length_m: their lengths.
+        """
+        low, high = np.minimum(first_m, last_m), np.maximum(first_m, last_m)
+        high = np.maximum(high, low + LEAST_RISE_M)
+        return floats((self._below(high) - self._below(low)) / (high - low) * length_m)
+
+    def _below(self, height_m: Array) -> Array:
+        """Shares of the vertical columns below heights."""
         last = self.density.shape[1] - 1
         place = np.clip(height_m / TOP_M, 0.0, 1.0) * last
-        below = np.minimum(place.astype(np.int64), last - 1)
-        share = place - below
-        return floats((1.0 - share) * self.density[:, below] + share * self.density[:, below + 1])
+        n = np.minimum(place.astype(np.int64), last - 1)
+        within = column_within(place - n, self.density[:, n], self.density[:, n + 1])
+        return floats(self.below[:, n] + within)
 
     def column_at(self, height_m: Array, clearance_rad: Array) -> Array:
         """Interpolate columns towards a sun, in one more axis in front (C, ...).
@@ -58,6 +82,17 @@ class Shells(NamedTuple):
         low = (1.0 - u) * table[:, i, j] + u * table[:, i, j + 1]
         high = (1.0 - u) * table[:, i + 1, j] + u * table[:, i + 1, j + 1]
         return floats(np.exp((1.0 - v) * low + v * high))
+
+
+LEAST_RISE_M = 1.0
+"""Of a piece of a ray, as far as its density is concerned: differences of columns keep their
+digits."""
+
+
+def column_within(share: Values, low: Values, high: Values) -> Any:
+    """Integrate a density from a height at which it is kept, where it is ``low``, over a share of
+    the way to the next one, where it is ``high``."""
+    return _STEP_M * share * (low + 0.5 * share * (high - low))
 
 
 def column_place(height_m: Values, clearance_rad: Values, horizon_rad: Values) -> tuple[Any, Any]:
@@ -98,9 +133,49 @@ def ray_ends(height_m: float, sine: Array) -> tuple[Array, Mask]:
     return floats(end), meets
 
 
+SHELL_HEIGHTS_M = np.arange(0.0, TOP_M + 0.5 * _STEP_M, _STEP_M)
+
+
 @cache
 def molecular_shells() -> Shells:
     """Give air of molecules alone."""
-    height = np.arange(0.0, TOP_M + 0.5 * _STEP_M, _STEP_M)
-    density = np.exp(-height / SCALE_HEIGHT_M) / SCALE_HEIGHT_M
+    density = np.exp(-SHELL_HEIGHTS_M / SCALE_HEIGHT_M) / SCALE_HEIGHT_M
     return Shells(density[None], log_columns(TOP_M, _ROWS, _COLUMNS)[None])
+
+
+def with_constituent(shells: Shells, density: Array) -> Shells:
+    """Add a constituent, last.
+
+    Args:
+        shells: the others.
+        density: shares of its column at ``SHELL_HEIGHTS_M`` (N,), 1/m.
+    """
+    column = np.log(np.maximum(_columns(density), _LEAST_COLUMN))
+    return Shells(
+        np.concatenate([shells.density, density[None]]),
+        np.concatenate([shells.log_column, column[None]]),
+    )
+
+
+_LEAST_COLUMN = 1e-12
+"""Above a layer there is nothing of it, whose logarithm is none."""
+
+
+def _columns(density: Array) -> Array:
+    """Columns of a constituent towards a sun, laid out as the molecules' (rows, columns): shells of
+    even density are summed, within 1e-3 for layers of a kilometre."""
+    height, altitude = column_axes(TOP_M, _ROWS, _COLUMNS)
+    middle = 0.5 * (density[1:] + density[:-1])
+    edges = EARTH_RADIUS_M + SHELL_HEIGHTS_M
+    found = np.empty(altitude.shape)
+    for row, (start, angle) in enumerate(zip(EARTH_RADIUS_M + height[:, 0], altitude, strict=True)):
+        nearest = start * np.cos(angle)[:, None]
+
+        def along(r: Array, nearest: Array = nearest) -> Array:
+            """Distance from the ray's nearest place to the centre."""
+            return np.sqrt(np.maximum((r - nearest) * (r + nearest), 0.0))
+
+        rising = np.diff(along(np.maximum(edges, start)), axis=1) @ middle
+        whole = np.diff(along(edges[None, :]), axis=1) @ middle
+        found[row] = np.where(angle >= 0.0, rising, 2.0 * whole - rising)
+    return found

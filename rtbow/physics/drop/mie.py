@@ -1,4 +1,4 @@
-"""Exact Lorenz-Mie scattering by a transparent sphere, and its split into Debye's orders.
+"""Exact Lorenz-Mie scattering by a sphere, and of a transparent one its split by Debye's orders.
 
 Amplitudes follow Bohren and Huffman (1983), chapter 4: S1 perpendicular, S2 parallel to the
 scattering plane, |S|²/k² the differential cross-section of that component. The size parameter is
@@ -13,6 +13,8 @@ spread of sizes blurs, is left out exactly by adding the orders' intensities.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -40,14 +42,14 @@ def series_length(x: float) -> int:
 
 
 @compiled()
-def _logarithmic_derivatives(z: float, count: int) -> Array:
+def _logarithmic_derivatives(z: Any, count: int) -> Any:
     """psi_n'(z) / psi_n(z) for n = 0..count, by the downward recurrence.
 
     It starts well beyond the turning point: at |z| + 15, as many texts have it, it is wrong by
     order 1 for z of a thousand and more.
     """
-    first = max(count, int(z + 8.0 * z ** (1.0 / 3.0))) + 16
-    d = np.zeros(first + 1)
+    first = max(count, int(abs(z) + 8.0 * abs(z) ** (1.0 / 3.0))) + 16
+    d = np.zeros(first + 1) * z  # of its type
     for n in range(first, 0, -1):
         d[n - 1] = n / z - 1.0 / (d[n] + n / z)
     return d[: count + 1]
@@ -78,12 +80,12 @@ def _riccati(z: float, count: int) -> tuple[Array, Array]:
 
 
 @compiled()
-def coefficients(x: float, m: float) -> tuple[Complexes, Complexes]:
+def coefficients(x: float, m: Any) -> tuple[Complexes, Complexes]:
     """Scattering coefficients a_n and b_n.
 
     Args:
         x: size parameter.
-        m: relative index.
+        m: relative index, real or, of spheres that absorb, complex with a positive imaginary part.
 
     Returns:
         Two complex arrays (n,), for n = 1, 2, ... Source: Bohren and Huffman, equation 4.88.
@@ -178,15 +180,21 @@ def efficiency(x: float, m: float) -> float:
 
 @compiled()
 def _waves(x: float, m: float, debye: bool) -> Array:
-    """Weights of (pi + tau) and (pi - tau): float64 (n, sets, 4), real and imaginary parts.
-
-    n is filled with zeros up to a multiple of _STRIDE.
-    """
+    """Give :func:`_weights` of a transparent sphere, split by Debye's orders or not."""
     if debye:
         a, b = debye_coefficients(x, m)
     else:
         whole_a, whole_b = coefficients(x, m)
         a, b = whole_a.reshape(1, -1), whole_b.reshape(1, -1)
+    return _weights(a, b)
+
+
+@compiled()
+def _weights(a: Complexes, b: Complexes) -> Array:
+    """Weights of (pi + tau) and (pi - tau): float64 (n, sets, 4), real and imaginary parts.
+
+    n is filled with zeros up to a multiple of _STRIDE.
+    """
     sets, count = a.shape
     weights = np.zeros(((count + _STRIDE - 1) // _STRIDE * _STRIDE, sets, 4))
     for i in range(count):
@@ -258,7 +266,12 @@ def amplitudes(x: float, m: float, theta: Array, debye: bool) -> tuple[Complexes
     Returns:
         Two complex arrays (sets, T); one set for the whole. exp(-i omega t), 1e-7 at x = 25,000.
     """
-    weights = _waves(x, m, debye)
+    return _amplitudes(_waves(x, m, debye), theta)
+
+
+@compiled()
+def _amplitudes(weights: Array, theta: Array) -> tuple[Complexes, Complexes]:
+    """Sum :func:`amplitudes` from the weights of partial waves."""
     sets = weights.shape[1]
     first = np.empty((sets, len(theta)), dtype=np.complex128)
     second = np.empty((sets, len(theta)), dtype=np.complex128)
@@ -286,3 +299,29 @@ def intensities(x: float, m: float, theta: Array, debye: bool) -> Array:
             out[0, j] += first[k, j].real ** 2 + first[k, j].imag ** 2
             out[1, j] += second[k, j].real ** 2 + second[k, j].imag ** 2
     return out
+
+
+@compiled()
+def absorbed_and_scattered(x: float, m: complex, theta: Array) -> tuple[Array, Array]:
+    """Give what an absorbing sphere does.
+
+    Args:
+        x: size parameter.
+        m: relative index, with a positive imaginary part.
+        theta: scattering angles (T,), rad.
+
+    Returns:
+        Efficiencies of extinction and scattering (2,), and |S1|² and |S2|² (2, T).
+    """
+    a, b = coefficients(x, m)
+    efficiencies = np.zeros(2)
+    for n in range(len(a)):
+        factor = (2.0 * n + 3.0) * 2.0 / (x * x)
+        efficiencies[0] += factor * (a[n].real + b[n].real)
+        efficiencies[1] += factor * (abs(a[n]) ** 2 + abs(b[n]) ** 2)
+    first, second = _amplitudes(_weights(a.reshape(1, -1), b.reshape(1, -1)), theta)
+    both = np.empty((2, len(theta)))
+    for j in range(len(theta)):
+        both[0, j] = first[0, j].real ** 2 + first[0, j].imag ** 2
+        both[1, j] = second[0, j].real ** 2 + second[0, j].imag ** 2
+    return efficiencies, both

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from rtbow.base.errors import UnsuitedError
 from rtbow.render.fast.shared import LEAST_STEPS, Plan
+from rtbow.render.haze import SunHaze, hazy
 from rtbow.render.uniforms import MOST_LOOPS
+from rtbow.world.lights import Sun
 from rtbow.world.steps import LEAST_RAIN_SAMPLES, lamp_steps, most_steps
 
 _MOST_FRAMES = 10
@@ -78,4 +80,27 @@ def check_cost(plan: Plan, evaluations: int) -> None:
         raise UnsuitedError(
             f"colours of {len(plan.radii.fine)} radii take more than {_MOST_FRAMES} such frames by"
             " method spectral; use --method fast for many frames of them"
+        )
+
+
+_HAZE_COLOUR = 0.15
+"""Half of the greatest difference between drops of the haze's depth at 450 nm less that at 650 nm,
+at the default bound: 0.3 (CIEDE2000, 99th percentile) is left by one colour of haze for each of X,
+Y and Z, 0.8 by 0.27."""
+
+
+def check_haze(plan: Plan, sun: Sun) -> None:
+    """Check that haze colours the light of all drops nearly alike.
+
+    Raises:
+        UnsuitedError: it does not.
+    """
+    if not hazy(plan.world):
+        return
+    spread, most = SunHaze(plan.world, sun).colour_spread, _HAZE_COLOUR * plan.settings.share
+    if spread > most:
+        raise UnsuitedError(
+            f"atmosphere.aerosol: haze takes {spread:.2f} more of optical depth at 450 nm than at"
+            f" 650 nm from some drops' light than from others'; method fast follows {most:.2f};"
+            " use a higher sun, less aerosol, a larger render.max_delta_e, or --method spectral"
         )

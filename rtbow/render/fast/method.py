@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, texture_bytes, volume_texture
@@ -60,6 +62,8 @@ class FastMethod:
         """
         if not world.differs_in_places_alone(self.plan.world):
             return False
+        if world.haze is not None and not self._same_haze(world):
+            return False
         check_world(self._gl, world)
         plan = self.plan.moved(world)
         same = world.optics is self._seen.optics and world.view.shows_no_more_than(self._seen.view)
@@ -77,6 +81,13 @@ class FastMethod:
             raise
         self.plan, self.lights, self._roaming = plan, lights, roaming
         return True
+
+    def _same_haze(self, world: World) -> bool:
+        """Whether haze dims another world's light as it does this one's: its tables are of one sun
+        and one eye."""
+        seen = self._seen
+        same = world.optics is seen.optics and bool(np.all(world.view.eye_m == seen.view.eye_m))
+        return same or not self.lights
 
     def prepare_moves(self) -> None:
         """Make the tables that moves to other places take, if there are none yet.

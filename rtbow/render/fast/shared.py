@@ -26,6 +26,7 @@ from rtbow.render.fast.columns import (
     radius_spread,
 )
 from rtbow.render.fast.tolerance import FastSettings, hat_rows, settings_for
+from rtbow.render.haze import hazy_rates
 from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
 from rtbow.tables.layout import radius_axis
 from rtbow.world.lights import Lamp, Sun
@@ -153,7 +154,8 @@ def plan_world(world: World, *, frugal: bool = False) -> Plan:
 
 
 def _rates(world: World, cells: Array) -> StepRates:
-    return rates_on_grid(cells, world.volume, world.optics, world.rain_per_m)
+    rates = rates_on_grid(cells, world.volume, world.optics, world.rain_per_m)
+    return hazy_rates(rates, world)
 
 
 def rain_colour(plan: Plan) -> Callable[[Array], Array] | None:

@@ -28,9 +28,11 @@ from rtbow.render.fast.light import LightPlan, most_texels
 from rtbow.render.fast.nodes import Nodes, block_for
 from rtbow.render.fast.shared import Plan, bind_rain, light_defines, set_scene
 from rtbow.render.fast.sun_colours import SunColours, plan_sunlight, sunlight_degree
-from rtbow.render.uniforms import shadow_uniforms
+from rtbow.render.haze import SunHaze, hazy
+from rtbow.render.uniforms import set_uniforms, shadow_uniforms
 from rtbow.world.lights import Sun
 from rtbow.world.steps import most_steps
+from rtbow.world.world import World
 
 _MOST_DIRECT = 64
 """The air along a ray through an even volume takes no more midpoint samples than this."""
@@ -134,6 +136,7 @@ def plan_sun(
     sunward = _sunward(plan, sun)
     columns = _columns(plan, sunward, roaming=roaming)
     limits.check_depth(plan, _MOST_DEPTH)
+    limits.check_haze(plan, sun)
     if light is None:
         light = plan_sunlight(plan, sun, columns.column, most_texels, roaming=roaming)
         if not roaming:  # those serve many frames
@@ -237,7 +240,19 @@ class FastSun:
             for program in self.marching:
                 program.bind("air.table", column_texture)
         bind_rain(gl, self.marching, sun, plan.world)
+        if hazy(plan.world):
+            self._bind_haze(plan.world, sun)
         self._place(*table)
+
+    def _bind_haze(self, world: World, sun: Sun) -> None:
+        """Upload what aerosol takes on the way of this sun's light."""
+        haze = SunHaze(world, sun)
+        depths = row_texture(self._gl, haze.depths[None].astype(np.float32))
+        for program in self.marching:
+            program.bind("haze.depths", depths)
+            set_uniforms(program, haze.uniforms())
+            program.set("hazeMiddle", haze.middle)
+            program.set("hazeExcess", tuple(haze.excess))
 
     def _table(self) -> tuple[ColourTable, moderngl.Texture]:
         return self._colours.behind(self.plan.columns.column, self.plan.degree)
@@ -303,6 +318,7 @@ class FastSun:
         world, settings = self.plan.plan.world, self.plan.plan.settings
         # Weight, column and depth, as far as the scene has them.
         channels = 4 if self.plan.light.basis.rain else (2 if world.optics.has_air else 1)
+        channels = 4 if hazy(world) else channels
         nodes = Nodes(self._gl, world.view.size_px, self.plan.block, channels, self.plan.groups)
         for group, weights in enumerate(nodes.weights):
             self._hats.bind(f"hats{group}", weights)
@@ -319,7 +335,8 @@ class FastSun:
         # all of it at most; only drops of 1 µm reach 3.5 times, in Z.
         bend = settings.bend
         self._flags.set("tolerance.first", bend)
-        self._flags.set("tolerance.others", (4.0 * bend, 10.0 * bend, 1e30))
+        # Per depth of haze they change by its excess over that at 550 nm: up to 0.3.
+        self._flags.set("tolerance.others", (4.0 * bend, 10.0 * bend, 3.0 * bend))
         self._flags.set("leastShare", 1e-4)
         for program in (self._compose, self._path):
             program.set("blockSize", float(nodes.block))

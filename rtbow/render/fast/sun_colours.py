@@ -11,6 +11,7 @@ from rtbow.gl.context import GlContext
 from rtbow.gl.program import row_texture
 from rtbow.physics.air.rayleigh import Column
 from rtbow.physics.drop.airy import bow_width
+from rtbow.physics.light.spectrum import Spectrum
 from rtbow.render.colours.basis import mean_column_error
 from rtbow.render.colours.pixels import pixel_levels
 from rtbow.render.colours.table import (
@@ -23,6 +24,7 @@ from rtbow.render.colours.table import (
 from rtbow.render.fast.columns import DARK_COLUMN
 from rtbow.render.fast.light import LightPlan, plan_light
 from rtbow.render.fast.shared import Plan
+from rtbow.render.haze import SunHaze
 from rtbow.world.lights import Sun
 
 _ROAMING_DEGREE = 2
@@ -69,8 +71,19 @@ def plan_sunlight(
         texels = len(chord) * (plan.components * len(plan.radii.rows) + _FALL_OFF_ROWS)
         levels = pixel_levels(plan.world.view, blur, texels, roaming=roaming)
     return plan_light(
-        plan, sun.spectrum, whole, chord, disc_rad=sun.disc_rad, step_nm=step_nm, levels=levels
+        plan,
+        _spectrum(plan, sun),
+        whole,
+        chord,
+        disc_rad=sun.disc_rad,
+        step_nm=step_nm,
+        levels=levels,
     )
+
+
+def _spectrum(plan: Plan, sun: Sun) -> Spectrum:
+    """The sun's spectrum behind what dims it alike for all drops."""
+    return sun.spectrum if plan.world.haze is None else SunHaze(plan.world, sun).spectrum()
 
 
 def sunlight_degree(light: LightPlan, column: Column, *, roaming: bool) -> int:

@@ -10,6 +10,7 @@ from rtbow.base.arrays import Array, Float32
 from rtbow.base.limits import MIN_RADIUS_UM
 from rtbow.gl.glsl import Define
 from rtbow.physics.drop.airy import SCALE_POWER
+from rtbow.render.haze import SunHaze, hazy
 from rtbow.render.uniforms import bow_defines, bow_rows, common_defines, dark_edges
 from rtbow.tables.airy import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
 from rtbow.world.camera import View
@@ -51,6 +52,7 @@ def shader_defines(world: World) -> dict[str, Define]:
         **({} if table else bow_defines(optics.bows)),
         "FIRST_LIGHT_ROW": first_light,
         "RAIN_ROW": first_light + len(optics.lights),
+        "HAZE_ROW": first_light + len(optics.lights) + rain,
         "SUN_COUNT": len(optics.suns),
         "LAMP_COUNT": len(optics.lamps),
         "ATTENUATION": optics.has_air or rain,
@@ -162,17 +164,31 @@ def spectral_rows(world: World, *, components: bool) -> Float32:
         components: the bows' strength of both components, for a polariser.
 
     Returns:
-        float32 (bows + suns + lamps + rain, W, 4): per bow angle, scale, and strength (or
+        float32 (bows + suns + lamps + rain + haze, W, 4): per bow angle, scale, and strength (or
         perpendicular and parallel strength); per light the weights to X, Y, Z and the air depth;
-        for rain the extinction relative to the middle of the visible.
+        for rain the extinction relative to the middle of the visible; for haze the same.
     """
     optics = world.optics
     zeros = np.zeros(len(optics.wavelength_nm))
     rows: list[Array | Float32] = []
     if world.bows_in_place:
         rows.extend(bow_rows(optics.bows, components=components))
-    for weights in (*optics.sun_weights, *optics.lamp_weights):
+    for weights in (*_dimmed_weights(world), *optics.lamp_weights):
         rows.append(np.column_stack([weights, optics.air_depth]))
     if world.rain is not None:
         rows.append(np.stack([world.rain.ratio, zeros, zeros, zeros], axis=1))
+    if hazy(world):
+        ratio = SunHaze(world, optics.suns[0]).ratio(optics.wavelength_nm)
+        rows.append(np.stack([ratio, zeros, zeros, zeros], axis=1))
     return np.stack(rows).astype(np.float32)
+
+
+def _dimmed_weights(world: World) -> tuple[Array, ...]:
+    """The suns' weights behind the ozone."""
+    optics = world.optics
+    if world.haze is None:
+        return optics.sun_weights
+    return tuple(
+        weights * SunHaze(world, sun).left(optics.wavelength_nm, 0.0)[:, None]
+        for sun, weights in zip(optics.suns, optics.sun_weights, strict=True)
+    )

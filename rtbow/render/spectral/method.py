@@ -21,6 +21,7 @@ from rtbow.gl.program import (
 )
 from rtbow.physics.air import rayleigh
 from rtbow.render.checks import check_world
+from rtbow.render.haze import SunHaze, haze_rows, hazy_rates
 from rtbow.render.spectral.layout import (
     LAMP_DEPTH_SAMPLES,
     SEEN_ROUNDS,
@@ -147,6 +148,9 @@ class SpectralMethod:
         if defines["AIR"] and optics.suns:
             column = rayleigh.column_table().log_column
             self._program.texture("air.columns", column)
+        if defines["HAZE"]:
+            self._program.texture("haze.depths", haze_rows(world))
+            set_uniforms(self._program, SunHaze(world, optics.suns[0]).uniforms())
         if defines["GRID"]:
             if world.rain is not None:
                 self._upload_depths(world.rain)
@@ -233,7 +237,7 @@ class SpectralMethod:
     def _set_uniforms(self) -> None:
         world, optics, volume = self._world, self._world.optics, self._world.volume
         steps = world.fineness.steps
-        rates = step_rates(volume, optics, world.rain_per_m)
+        rates = hazy_rates(step_rates(volume, optics, world.rain_per_m), world)
         set_uniforms(self._program, common_uniforms(world, volume.box_m, rates))
         self._program.set("volume.radius", volume.radius_range_um[0] * 1e-6)
         least = LEAST_RAIN_SAMPLES if world.rain is not None else 1

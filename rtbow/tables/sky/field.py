@@ -23,7 +23,14 @@ from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import horizon_rad
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.tables.sky.transport import COMPONENTS, Air, Scattered, gather_nodes
+from rtbow.tables.sky.transport import (
+    COMPONENTS,
+    DEGREE,
+    HARMONICS,
+    Air,
+    Scattered,
+    gather_nodes,
+)
 
 FIELD_NM = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, 25.0)
 """Wavelengths of a field: cubics between them are within 1e-4 of a molecular sky."""
@@ -38,7 +45,7 @@ _ZENITHS_DEG = (
 between them are within 1 % of a sky's radiance for suns down to -4 degrees, 2 % at -5."""
 _RISING, _FALLING = 12, 8
 """Rays above and below the horizon of each node."""
-_AZIMUTHS = 6
+_AZIMUTHS, _HAZY_AZIMUTHS = 6, 10
 _PIECES = 24
 _LEAST = 0.01
 """Share of the whole below which an order is the last one that is computed: with the rest of the
@@ -57,23 +64,33 @@ def sky_field(air: Air, progress: Progress = no_progress) -> Scattered:
         air: the air and the ground, at W wavelengths.
         progress: wraps the loop over orders.
     """
-    empty = no_field(air.depth.shape[1])
+    empty = no_field(air.depth.shape[1], hazy=air.hazy)
 
     def build() -> dict[str, Array]:
-        solved = _all_orders(air, empty, progress)
+        solved = _all_orders(air._replace(phase=_cut_phase(air)), empty, progress)
         return {"mean": solved.mean, "ground": solved.ground}
 
     code = source_digest("base.limits", "physics.air", "physics.constants", "tables.sky")
-    key = " ".join([code, *(f"{part.shape} {part.tobytes()!r}" for part in air)])
+    parts = (np.asarray(part) for part in air._replace(phase=air.albedo))  # which it is not of
+    key = " ".join([code, *(f"{part.shape} {part.tobytes()!r}" for part in parts)])
     kept = cached_arrays("sky", key, build)
     return empty._replace(mean=floats(kept["mean"]), ground=floats(kept["ground"]))
 
 
-def no_field(waves: int) -> Scattered:
+def no_field(waves: int, *, hazy: bool = False) -> Scattered:
     """Give the field of air that does not scatter, at a number of wavelengths."""
     zeniths = np.radians(_ZENITHS_DEG)
-    mean = np.zeros((len(_HEIGHTS_M), len(zeniths), waves, COMPONENTS))
+    parts = COMPONENTS + (HARMONICS if hazy else 0)
+    mean = np.zeros((len(_HEIGHTS_M), len(zeniths), parts, waves))
     return Scattered(_HEIGHTS_M, zeniths, mean, np.zeros((len(zeniths), waves)))
+
+
+def _cut_phase(air: Air) -> Array:
+    """The phase function that the moments make, at the angles of the whole one."""
+    mu = np.cos(np.pi * np.linspace(0.0, 1.0, len(air.phase)) ** 2)
+    degrees = np.arange(len(air.moments))
+    legendre = np.polynomial.legendre.legvander(mu, len(degrees) - 1)
+    return floats(legendre @ ((2.0 * degrees[:, None] + 1.0) / (4.0 * np.pi) * air.moments))
 
 
 def between_field_nm(wavelength_nm: Array) -> Array:
@@ -86,25 +103,28 @@ def between_field_nm(wavelength_nm: Array) -> Array:
 def field_at(field: Scattered, wavelength_nm: Array) -> Scattered:
     """Interpolate a field from ``FIELD_NM`` to other wavelengths (V,)."""
     shares = between_field_nm(wavelength_nm)
-    mean = np.einsum("vw,hzwc->hzvc", shares, field.mean, optimize=True)
+    mean = field.mean @ shares.T
     return field._replace(mean=np.ascontiguousarray(mean), ground=field.ground @ shares.T)
 
 
 def _all_orders(air: Air, empty: Scattered, progress: Progress) -> Scattered:
     sines, weights = _rays()
+    azimuths = _HAZY_AZIMUTHS if air.hazy else _AZIMUTHS
+    # chi_l of each harmonic; one for the components of A.
+    degrees = [degree for degree in range(DEGREE + 1) for _ in range(degree + 1)]
+    chi = np.concatenate([np.ones((COMPONENTS, air.depth.shape[1])), air.moments[degrees]])
+    chi = chi[: empty.mean.shape[2]]
     one, total, before = empty, empty, np.ones(air.depth.shape[1])
     for order in progress(Steps(_MOST_ORDERS, "the sky's orders of scattering")):
-        mean, ground = gather_nodes(
-            air, one, order == 0, sines, weights, _AZIMUTHS, _PIECES, PROBES
-        )
-        one = one._replace(mean=mean, ground=ground)
-        total = total._replace(mean=total.mean + mean, ground=total.ground + ground)
-        added, whole = (part.mean[..., :3].sum(axis=-1).max(axis=(0, 1)) for part in (one, total))
+        mean, ground = gather_nodes(air, one, order == 0, sines, weights, azimuths, _PIECES, PROBES)
+        one = one._replace(mean=chi * mean, ground=ground)
+        total = total._replace(mean=total.mean + one.mean, ground=total.ground + ground)
+        added, whole = (part.mean[:, :, :3].sum(axis=2).max(axis=(0, 1)) for part in (one, total))
         if np.all(added <= _LEAST * whole):
             ratio = added / np.maximum(before, 1e-300)
             rest = ratio / (1.0 - np.minimum(ratio, 0.99))
             return total._replace(
-                mean=total.mean + rest[:, None] * mean, ground=total.ground + rest * ground
+                mean=total.mean + rest * one.mean, ground=total.ground + rest * ground
             )
         before = added
     return total

@@ -14,14 +14,25 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Indices, floats
 from rtbow.physics.air.rayleigh import horizon_rad
-from rtbow.physics.air.shells import Shells, ground_distance, top_distance
+from rtbow.physics.air.shells import ground_distance, top_distance
 from rtbow.physics.constants import EARTH_RADIUS_M
-from rtbow.tables.sky.transport import SCATTERED, Air, Scattered
+from rtbow.tables.sky.air import shells_of
+from rtbow.tables.sky.field import FIELD_NM
+from rtbow.tables.sky.transport import (
+    COMPONENTS,
+    HARMONICS,
+    SCATTERED,
+    Air,
+    Scattered,
+    harmonics,
+)
 
 RISING, FALLING = 48, 32
 """Rows above and below the horizon."""
 AZIMUTHS = 25
 """Columns, from the sun's azimuth to the opposite one."""
+PHASE_PARTS = 3
+"""Powers of the logarithm of the wavelength that an aerosol's phase function is taken as."""
 _PIECES = 56
 """Of a ray through the air, beside those that end at a layer's distance."""
 
@@ -36,13 +47,22 @@ class SkyTable(NamedTuple):
 
     Attributes:
         layers: light that the air adds up to each distance and, as the last layer, in all, for each
-            of S Stokes components (L, S, rows, columns, 3).
+            of S Stokes components (L, S, rows, columns, 3); without what aerosol makes of the sun's
+            own light.
+        glare: that, over its phase function (L, PHASE_PARTS, rows, columns, 3): the phase function
+            at each wavelength is taken as parts times powers of ln(wavelength / 550 nm), 0 first,
+            and so is the light; None where there is no aerosol.
+        phase: the parts of the phase function (PHASE_PARTS, angles), 1/sr, at angles from the sun
+            that are even in their square root: within 1 % of it for continental aerosol, and 3 %
+            for maritime, whose aureole is ten times as narrow.
         ground: light of the ground that arrives (S, rows, columns, 3).
         beyond: share of a light above the air that arrives, times its colour (RISING, 3).
         horizon_rad: altitude of the horizon, rad.
     """
 
     layers: Float32
+    glare: Float32 | None
+    phase: Float32 | None
     ground: Float32
     beyond: Float32
     horizon_rad: float
@@ -77,26 +97,49 @@ def sky_table(air: Air, field: Scattered, glow: float, eye: Eye, colours: Array)
     """Sum a sky.
 
     Args:
-        air: the air and the ground, at W wavelengths.
-        field: what was scattered before, at the same.
+        air: the air and the ground, at ``FIELD_NM``.
+        field: what was scattered before.
         glow: share of what the air scatters that counts.
         eye: where from, and under what.
-        colours: what a radiance per irradiance above the air counts for in each channel (W, 3).
+        colours: what a radiance per irradiance above the air counts for in each channel
+            (W, 3).
     """
     rays = _Rays.of(air, eye)
-    light = _light_scattered(air, field, eye, rays)  # (S, rows, pieces, columns, W)
-    weights = glow * rays.scattered[..., None] * colours  # (rows, pieces, W, 3)
-    added = np.matmul(light, weights.astype(np.float32))
+    places = _Places.of(eye, rays)
+    sunlight = _sunlight(air, eye, rays, places)  # (rows, pieces, columns, W)
+    by_molecules = glow * rays.arriving * rays.scattered
+    added = _from_molecules(field, eye, rays, places, sunlight, by_molecules, colours)
+    glare = phase = None
+    if air.hazy:
+        by_haze = glow * rays.arriving * rays.hazed
+        added[0] += _from_haze(field, rays, places, by_haze, colours)
+        parts = np.stack([np.log(FIELD_NM / 550.0) ** k for k in range(PHASE_PARTS)])
+        single = [np.matmul(sunlight, _coloured(part * by_haze, colours)) for part in parts]
+        glare = _at_layers(np.stack(single), rays)
+        phase = np.linalg.lstsq(parts.T, air.phase.T, rcond=None)[0].astype(np.float32)
+    return SkyTable(
+        _at_layers(added, rays),
+        glare,
+        phase,
+        _ground_light(air, field, eye, rays, colours),
+        (rays.beam[:RISING] @ colours).astype(np.float32),
+        rays.horizon,
+    )
+
+
+def _coloured(weights: Array, colours: Array) -> Float32:
+    """Weights (rows, pieces, W) in each channel (rows, pieces, W, 3)."""
+    return (weights[..., None] * colours).astype(np.float32)
+
+
+def _at_layers(added: Float32, rays: _Rays) -> Float32:
+    """Sum what pieces add (S, rows, pieces, columns, 3) up to each layer's distance and in all."""
     summed = np.cumsum(added, axis=2, dtype=np.float32)
     layers = [
         np.take_along_axis(summed, at[None, :, None, None, None], axis=2)[:, :, 0]
         for at in rays.last_piece
     ]
-    ground = _ground_light(air, field, eye, rays, floats(colours))
-    beyond = (rays.through[:RISING, None, :] @ colours)[:, 0]
-    return SkyTable(
-        np.stack([*layers, summed[:, :, -1]]), ground, beyond.astype(np.float32), rays.horizon
-    )
+    return np.stack([*layers, summed[:, :, -1]])
 
 
 @dataclass(frozen=True)
@@ -107,17 +150,22 @@ class _Rays:
         horizon: altitude of the horizon, rad.
         sine: of each ray's altitude (rows,).
         edges: of the pieces (rows, S + 1), m.
-        scattered: share of light that passes a piece's middle which molecules scatter in the piece,
-            times what of it arrives (rows, S, W).
+        arriving: share of what a piece scatters per depth that arrives (rows, S, W).
+        scattered: depth of the pieces by which molecules scatter (rows, S, W).
+        hazed: the same of aerosol (rows, S, W).
         through: share of light from the ray's end that arrives (rows, W).
+        beam: the same of what is seen sharply.
         last_piece: the last piece up to each distance (D, rows).
     """
 
     horizon: float
     sine: Array
     edges: Array
+    arriving: Array
     scattered: Array
+    hazed: Array
     through: Array
+    beam: Array
     last_piece: list[Indices]
 
     @classmethod
@@ -135,17 +183,19 @@ class _Rays:
         dense = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
         layers = np.minimum(eye.distances_m, end[:, None])
         edges = np.sort(np.concatenate([dense, layers], axis=1), axis=1)
-        middle, length = 0.5 * (edges[:, 1:] + edges[:, :-1]), np.diff(edges, axis=1)
-        height = _height(eye.height_m, sine[:, None], middle)[0]
-        amounts = Shells(air.density, air.log_column).density_at(height) * length  # (C, rows, S)
+        height = _height(eye.height_m, sine[:, None], edges)[0]
+        shells = shells_of(air)
+        amounts = shells.amounts(height[:, :-1], height[:, 1:], np.diff(edges, axis=1))
         each = np.einsum("cas,cw->casw", amounts, air.depth)
         thick = each.sum(axis=0)  # (rows, S, W)
         before = np.cumsum(thick, axis=1) - thick
-        share = each[0] / np.maximum(thick, 1e-300)
-        scattered = -np.expm1(-thick) * share * np.exp(-before)
+        mean = np.where(thick > 0.0, -np.expm1(-thick) / np.maximum(thick, 1e-300), 1.0)
+        arriving = mean * np.exp(-before)
         through = np.exp(-thick.sum(axis=1))
+        beam = np.exp(-amounts.sum(axis=2).T @ air.beam)
         last = [np.maximum((edges[:, 1:] <= at[:, None]).sum(axis=1) - 1, 0) for at in layers.T]
-        return cls(horizon, sine, edges, scattered, through, last)
+        hazed = air.scattering * each[-1]
+        return cls(horizon, sine, edges, arriving, each[0], hazed, through, beam, last)
 
 
 def _height(start_m: float, sine: Array, distance: Array) -> tuple[Array, Array, Array]:
@@ -184,24 +234,61 @@ class _Suns:
         return cls(zenith, aside / size, along / size)
 
 
-def _light_scattered(air: Air, field: Scattered, eye: Eye, rays: _Rays) -> Float32:
-    """What the molecules in each piece make of the light there, per irradiance above the air:
-    (S, rows, pieces, columns, W)."""
-    sine = rays.sine[:, None]
-    edges = rays.edges
-    middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
-    height, turn_s, turn_c = _height(eye.height_m, sine, middle)
-    suns = _Suns.of(eye, turn_s, turn_c)
-    zenith = np.arccos(np.clip(suns.cosine, -1.0, 1.0))
-    # The ray's own zenith angle at a place.
-    level = np.sqrt(1.0 - sine**2)
-    cosine, side = sine * turn_c + level * turn_s, level * turn_c - sine * turn_s
-    stokes = _multiple_weights(suns, cosine, side)[: 3 if eye.polarised else 1]
-    light = _multiple(field, height, zenith, stokes)
-    light += _single_phase(eye, rays.sine, polarised=eye.polarised) * _sunlight(
-        air, eye, rays, height, zenith
+@dataclass(frozen=True)
+class _Places:
+    """The middles of rays' pieces.
+
+    Attributes:
+        height: (rows, n), m.
+        zenith: angle of the sun from the zenith there (rows, n, columns), rad.
+        suns: the sun as it stands there.
+        cosine: of the ray's own zenith angle there (rows, n).
+        side: sine of it.
+    """
+
+    height: Array
+    zenith: Array
+    suns: _Suns
+    cosine: Array
+    side: Array
+
+    @classmethod
+    def of(cls, eye: Eye, rays: _Rays) -> _Places:
+        sine = rays.sine[:, None]
+        middle = 0.5 * (rays.edges[:, 1:] + rays.edges[:, :-1])
+        height, turn_s, turn_c = _height(eye.height_m, sine, middle)
+        suns = _Suns.of(eye, turn_s, turn_c)
+        zenith = np.arccos(np.clip(suns.cosine, -1.0, 1.0))
+        level = np.sqrt(1.0 - sine**2)
+        cosine, side = sine * turn_c + level * turn_s, level * turn_c - sine * turn_s
+        return cls(height, zenith, suns, cosine, side)
+
+
+def _from_molecules(
+    field: Scattered, eye: Eye, rays: _Rays, places: _Places, sunlight: Float32,
+    weights: Array, colours: Array,
+) -> Float32:  # fmt: skip
+    """What molecules make of all light, per piece (S, rows, pieces, columns, 3)."""
+    stokes = _multiple_weights(places.suns, places.cosine, places.side)
+    stokes = stokes[: 3 if eye.polarised else 1]
+    light = np.stack(
+        [_multiple(field, places, slice(0, COMPONENTS), np.stack(part, axis=-1)) for part in stokes]
     )
-    return np.float32(SCATTERED) * light
+    light += _single_phase(eye, rays.sine, polarised=eye.polarised) * sunlight
+    return np.asarray(np.matmul(light, _coloured(SCATTERED * weights, colours)))
+
+
+def _from_haze(
+    field: Scattered, rays: _Rays, places: _Places, weights: Array, colours: Array
+) -> Float32:
+    """What aerosol makes of light that was scattered before, per piece (rows, pieces, columns,
+    3)."""
+    shape = (len(rays.sine), places.height.shape[1], AZIMUTHS)
+    harmonic = np.zeros((HARMONICS, *shape))
+    harmonics(places.cosine[..., None], places.side[..., None], places.suns.along, harmonic)
+    parts = slice(COMPONENTS, COMPONENTS + HARMONICS)
+    light = _multiple(field, places, parts, np.moveaxis(harmonic, 0, -1))
+    return np.asarray(np.matmul(light, _coloured(weights, colours)))
 
 
 def _multiple_weights(suns: _Suns, cosine: Array, side: Array) -> list[list[Array]]:
@@ -219,30 +306,31 @@ def _multiple_weights(suns: _Suns, cosine: Array, side: Array) -> list[list[Arra
     ]
 
 
-def _multiple(field: Scattered, height: Array, zenith: Array, stokes: list[list[Array]]) -> Float32:
-    """Light scattered before, as it is scattered again: (S, rows, n, columns, W)."""
+def _multiple(field: Scattered, places: _Places, parts: slice, weights: Array) -> Float32:
+    """Sum parts of what was scattered before by weights (rows, n, columns, parts), as it is at
+    places: (rows, n, columns, W)."""
+    zenith = places.zenith
     low = max(int(np.searchsorted(field.zeniths_rad, zenith.min(), "right")) - 1, 0)
     high = int(np.searchsorted(field.zeniths_rad, zenith.max())) + 1
     high = min(max(high, low + 2), len(field.zeniths_rad))
     low = min(low, high - 2)
-    nodes = field.zeniths_rad[low:high]
-    # By height first: (rows, n, Z, W, 4).
-    i, v = _between(field.heights_m, height)
-    mean = field.mean[:, low:high].astype(np.float32)
-    v32 = v.astype(np.float32)[..., None, None, None]
-    there = (1.0 - v32) * mean[i] + v32 * mean[i + 1]
-    rows, n, count, waves, parts = there.shape
-    there = there.transpose(0, 1, 2, 4, 3).reshape(rows, n, count * parts, waves)
-    j, u = _between(nodes, zenith)
-    hats = np.zeros((*zenith.shape, count), dtype=np.float32)
-    np.put_along_axis(hats, j[..., None], (1.0 - u)[..., None].astype(np.float32), axis=-1)
-    np.put_along_axis(hats, j[..., None] + 1, u[..., None].astype(np.float32), axis=-1)
-    light = []
-    for weights in stokes:
-        each = np.stack(weights, axis=-1).astype(np.float32)  # (rows, n, columns, 4)
-        both = (hats[..., :, None] * each[..., None, :]).reshape(*zenith.shape, count * parts)
-        light.append(np.matmul(both, there))
-    return np.stack(light)
+    i, v = _between(field.heights_m, places.height)
+    j, u = _between(field.zeniths_rad[low:high], zenith)
+    beyond = u.astype(np.float32)[..., None]
+    # (H, parts, Z · W), so that a product sums the parts for all zenith angles and wavelengths.
+    mean = field.mean[:, low:high, parts].astype(np.float32)
+    heights, count, terms, waves = mean.shape
+    mean = np.ascontiguousarray(mean.transpose(0, 2, 1, 3)).reshape(heights, terms, -1)
+    light = np.empty((*zenith.shape, waves), dtype=np.float32)
+    for row, weight in enumerate(weights.astype(np.float32)):
+        share = v[row].astype(np.float32)[:, None, None]
+        there = (1.0 - share) * mean[i[row]] + share * mean[i[row] + 1]
+        summed = np.matmul(weight, there).reshape(*zenith.shape[1:], count, waves)
+        at = j[row][..., None, None]
+        near = np.take_along_axis(summed, at, axis=2)[:, :, 0]
+        far = np.take_along_axis(summed, at + 1, axis=2)[:, :, 0]
+        light[row] = near + beyond[row] * (far - near)
+    return light
 
 
 def _between(nodes: Array, at: Array) -> tuple[Indices, Array]:
@@ -268,11 +356,11 @@ def _single_phase(eye: Eye, sine: Array, *, polarised: bool) -> Float32:
     return chosen[:, :, None, :, None].astype(np.float32)
 
 
-def _sunlight(air: Air, eye: Eye, rays: _Rays, height: Array, zenith: Array) -> Float32:
+def _sunlight(air: Air, eye: Eye, rays: _Rays, places: _Places) -> Float32:
     """The sun's irradiance at pieces, of that above the air (rows, n, columns, W)."""
-    columns = Shells(air.density, air.log_column).column_at(
-        height[..., None], 0.5 * np.pi - zenith - horizon_rad(height)[..., None]
-    )
+    height = places.height[..., None]
+    clear = 0.5 * np.pi - places.zenith - horizon_rad(height)
+    columns = shells_of(air).column_at(height, clear)
     depth = np.tensordot(columns.astype(np.float32), air.depth.astype(np.float32), (0, 0))
     sunlight = np.exp(-depth)
     sunlight *= _lit_share(eye, rays).astype(np.float32)[..., None]
@@ -302,9 +390,7 @@ def _ground_light(air: Air, field: Scattered, eye: Eye, rays: _Rays, colours: Ar
     zenith = np.arccos(np.clip(cosine, -1.0, 1.0))
     j, u = _between(field.zeniths_rad, zenith)
     irradiance = (1.0 - u)[..., None] * field.ground[j] + u[..., None] * field.ground[j + 1]
-    columns = Shells(air.density, air.log_column).column_at(
-        np.zeros_like(zenith), 0.5 * np.pi - zenith
-    )
+    columns = shells_of(air).column_at(np.zeros_like(zenith), 0.5 * np.pi - zenith)
     direct = np.exp(-np.tensordot(columns, air.depth, (0, 0)))
     irradiance += np.maximum(cosine, 0.0)[..., None] * direct
     seen = air.albedo / np.pi * irradiance * rays.through[falling, None, :]

@@ -1,4 +1,4 @@
-"""Light that molecules scatter into straight rays through spherical shells, compiled.
+"""Light that the air scatters into straight rays through spherical shells, compiled.
 
 Light is a coherency tensor: of the field's components across its direction, whose trace is the
 radiance and of which a polariser passes ``f·C·f``. Molecules that are small against the wavelength
@@ -10,11 +10,21 @@ so that all orders of scattering, polarised, follow from the six numbers of A at
 sphere under a sun A depends on height and the sun's zenith angle alone, and has four components in
 the frame of the local vertical and the sun: A = a xx + b yy + c uu + d (xu + ux), with u up and x
 towards the sun's azimuth.
+
+Aerosol scatters radiance I, unpolarised, by a phase function whose Legendre moments are chi_l:
+
+    S(v) = sum over l, m of chi_l Y_lm(v) I_lm,   I_lm = integral of I Y_lm over all directions,
+
+with real spherical harmonics, of which those even in the azimuth from the sun are not zero. Its
+phase function is cut after a few moments, the forward peak beyond them counted as not scattered
+(delta-M: Wiscombe, J. Atmos. Sci. 34, 1408, 1977), but for what it makes of the sun's own light,
+whose whole phase function counts (Nakajima and Tanaka, J. Quant. Spectrosc. Radiat. Transfer 40,
+51, 1988).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,29 +32,51 @@ from rtbow.base.arrays import Array
 from rtbow.base.compiled import compiled, prange
 from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import horizon_rad
-from rtbow.physics.air.shells import column_place, ground_distance, top_distance
+from rtbow.physics.air.shells import (
+    LEAST_RISE_M,
+    column_place,
+    column_within,
+    ground_distance,
+    top_distance,
+)
 from rtbow.physics.constants import EARTH_RADIUS_M
 
 SCATTERED = 3.0 / (8.0 * np.pi)
 COMPONENTS = 4
-"""Of the mean field A."""
+"""Of the molecules' mean field A."""
+DEGREE = 7
+"""Of the harmonics that aerosol's scattering is cut after."""
+HARMONICS = (DEGREE + 1) * (DEGREE + 2) // 2
 
 
 class Air(NamedTuple):
     """Air over a ground.
 
     Attributes:
-        density: of its constituents over height, as in :class:`rtbow.physics.air.shells.Shells`;
-            the first one scatters as molecules do, the others absorb.
+        density: of its constituents over height, as in :class:`rtbow.physics.air.shells.Shells`:
+            molecules first, which scatter; aerosol last, if the air is hazy; the others absorb.
+        below: shares of their vertical columns below these heights, as there.
         log_column: their columns towards a sun, as there.
-        depth: their vertical depths (C, W).
+        depth: their vertical depths (C, W); of aerosol that of what is not in its forward peak.
+        beam: their whole depths, which dim what is seen sharply (C, W).
         albedo: of the ground (W,).
+        hazy: whether there is aerosol.
+        scattering: share of the aerosol's depth that is scattering (W,).
+        moments: chi_l of its phase function for light that was scattered before (DEGREE + 1, W).
+        phase: what it makes of the sun's own light, 1/sr, at scattering angles that are even in
+            their square root from 0 to pi (angles, W).
     """
 
     density: Array
+    below: Array
     log_column: Array
     depth: Array
+    beam: Array
     albedo: Array
+    hazy: bool
+    scattering: Array
+    moments: Array
+    phase: Array
 
 
 class Scattered(NamedTuple):
@@ -53,7 +85,8 @@ class Scattered(NamedTuple):
     Attributes:
         heights_m: of the nodes (H,).
         zeniths_rad: of the sun at the nodes (Z,).
-        mean: the four components of A (H, Z, W, 4).
+        mean: the four components of A and, where the air is hazy, all chi_l I_lm, by l then m
+            (H, Z, 4 or 4 + HARMONICS, W).
         ground: diffuse irradiance of the ground (Z, W).
     """
 
@@ -82,6 +115,45 @@ class Path(NamedTuple):
     rain_ratio: Array
 
 
+_l, _m = np.arange(DEGREE + 1.0)[:, None], np.arange(DEGREE + 1.0)
+with np.errstate(divide="ignore", invalid="ignore"):
+    _RISE = np.sqrt((4.0 * _l**2 - 1.0) / (_l**2 - _m**2))
+    _FALL = np.sqrt(((_l - 1.0) ** 2 - _m**2) / (4.0 * (_l - 1.0) ** 2 - 1.0))
+_DIAGONAL = np.sqrt((2.0 * _m + 3.0) / (2.0 * _m + 2.0))
+_FACTOR = np.where(_m == 0.0, 1.0, np.sqrt(2.0))
+
+
+def harmonics(cosine: Any, sine: Any, azimuth_cosine: Any, out: Array) -> None:
+    """Fill in the real spherical harmonics of a direction that are even in its azimuth.
+
+    Orthonormal over the sphere, by l then m. Source: Press et al., Numerical Recipes, 3rd edition
+    (2007), section 6.7, for the recurrences.
+
+    Args:
+        cosine: of the angle from the pole.
+        sine: of it.
+        azimuth_cosine: cosine of the azimuth.
+        out: (HARMONICS, ...); the rest of the shape is that of the arguments.
+    """
+    diagonal = np.sqrt(0.25 / np.pi) + 0.0 * cosine
+    now, before = 1.0 + 0.0 * azimuth_cosine, azimuth_cosine
+    for m in range(DEGREE + 1):
+        factor = _FACTOR[m] * now
+        out[m * (m + 1) // 2 + m] = factor * diagonal
+        last, last_but_one = diagonal, 0.0 * diagonal
+        for degree in range(m + 1, DEGREE + 1):
+            fall = _FALL[degree, m] * last_but_one
+            next_one = _RISE[degree, m] * (cosine * last - fall)
+            out[degree * (degree + 1) // 2 + m] = factor * next_one
+            last, last_but_one = next_one, last
+        diagonal = _DIAGONAL[m] * sine * diagonal
+        # cos((m + 1) a) from cos(m a) and cos((m - 1) a).
+        now, before = 2.0 * azimuth_cosine * now - before, now
+
+
+_harmonics = compiled()(harmonics)
+
+
 @compiled()
 def _place(x: float, nodes: Array) -> tuple[int, float]:
     """Where a value lies between ascending nodes: the lower one's index and the share of the step,
@@ -103,6 +175,7 @@ def _place(x: float, nodes: Array) -> tuple[int, float]:
 
 _horizon = compiled()(horizon_rad)
 _column_place = compiled()(column_place)
+_column_within = compiled()(column_within)
 _ground_distance = compiled()(ground_distance)
 _top_distance = compiled()(top_distance)
 
@@ -161,8 +234,6 @@ def _local_frame(path: Path, distance: float, sun: Array, axes: Array) -> tuple[
     for a in range(3):
         up[a] = distance * path.ray[a] + (start if a == 2 else 0.0)
     r = np.sqrt(up[0] ** 2 + up[1] ** 2 + up[2] ** 2)
-    # (r² - r0²) / (r + r0), without the loss of digits of r - R.
-    rise = distance * (2.0 * start * path.ray[2] + distance) / (r + start)
     for a in range(3):
         up[a] /= r
     sine = up[0] * sun[0] + up[1] * sun[1] + up[2] * sun[2]
@@ -179,7 +250,7 @@ def _local_frame(path: Path, distance: float, sun: Array, axes: Array) -> tuple[
     axes[1, 0] = up[1] * towards[2] - up[2] * towards[1]
     axes[1, 1] = up[2] * towards[0] - up[0] * towards[2]
     axes[1, 2] = up[0] * towards[1] - up[1] * towards[0]
-    return min(max(path.height_m + rise, 0.0), TOP_M), sine
+    return _height_at(path, distance), sine
 
 
 @compiled()
@@ -198,14 +269,68 @@ def _weigh(across: Array, axes: Array, sun: Array, weights: Array) -> None:
 
 
 @compiled()
-def _amounts(density: Array, height: float, length: float, amounts: Array) -> None:
-    """Fill in the share of each constituent's vertical column along a length at a height."""
-    last = density.shape[1] - 1
+def _height_at(path: Path, distance: float) -> float:
+    """Height at a distance along a ray, m: without the loss of digits of a difference of radii."""
+    start = EARTH_RADIUS_M + path.height_m
+    up = start + distance * path.ray[2]
+    r = np.sqrt(up * up + (1.0 - path.ray[2] ** 2) * distance * distance)
+    rise = distance * (2.0 * start * path.ray[2] + distance) / (r + start)
+    return float(min(max(path.height_m + rise, 0.0), TOP_M))
+
+
+@compiled()
+def _below(air: Air, c: int, height: float) -> float:
+    """Share of a constituent's vertical column below a height."""
+    last = air.density.shape[1] - 1
     place = height / TOP_M * last
     n = min(int(place), last - 1)
-    share = place - n
+    within = _column_within(place - n, air.density[c, n], air.density[c, n + 1])
+    return float(air.below[c, n] + within)
+
+
+@compiled()
+def _amounts(air: Air, first: float, last: float, length: float, amounts: Array) -> None:
+    """Fill in the share of each constituent's vertical column along a length between heights."""
+    low, high = min(first, last), max(first, last)
+    high = max(high, low + LEAST_RISE_M)
     for c in range(len(amounts)):
-        amounts[c] = ((1.0 - share) * density[c, n] + share * density[c, n + 1]) * length
+        amounts[c] = (_below(air, c, high) - _below(air, c, low)) / (high - low) * length
+
+
+@compiled()
+def _phase_at(air: Air, cosine: float, phase: Array) -> None:
+    """Fill in the aerosol's phase function (W,) at a scattering angle."""
+    last = len(air.phase) - 1
+    place = np.sqrt(np.arccos(min(max(cosine, -1.0), 1.0)) / np.pi) * last
+    n = min(int(place), last - 1)
+    share = place - n
+    for w in range(len(phase)):
+        phase[w] = (1.0 - share) * air.phase[n, w] + share * air.phase[n + 1, w]
+
+
+@compiled()
+def _interpolate(
+    before: Scattered, height: float, sine: float, count: int, weights: Array, local: Array
+) -> None:
+    """Fill in what was scattered before at a place: components of A (4, W), and as one more row the
+    sum of the harmonics by weights (HARMONICS,), where there are any."""
+    i, v = _place(height, before.heights_m)
+    j, u = _place(np.arccos(min(max(sine, -1.0), 1.0)), before.zeniths_rad)
+    waves = local.shape[1]
+    local[:] = 0.0
+    for corner in range(4):
+        up, right = corner // 2, corner % 2
+        share = (v if up else 1.0 - v) * (u if right else 1.0 - u)
+        if share == 0.0:
+            continue
+        # Rows of arrays as arrays of their own would cost more than what is done with them.
+        for component in range(COMPONENTS):
+            for w in range(waves):
+                local[component, w] += share * before.mean[i + up, j + right, component, w]
+        for n in range(count):
+            factor, row = share * weights[n], COMPONENTS + n
+            for w in range(waves):
+                local[COMPONENTS, w] += factor * before.mean[i + up, j + right, row, w]
 
 
 @compiled()
@@ -223,57 +348,79 @@ def gather_ray(
         direct: with the light that comes from the sun itself.
         glow: share of what the air scatters that counts.
         probes: symmetric tensors (K, 3, 3): a probe gets the trace of its product with the light's.
-        out: filled with what the probes get, per irradiance above the air (W, K), 1/sr.
+        out: filled with what the probes get, per irradiance above the air (K, W), 1/sr.
         through: filled with the share of light from the ray's end that arrives (W,).
     """
     kinds, waves = air.depth.shape
-    probed = len(probes)
+    probed, count = len(probes), HARMONICS if air.hazy else 0
     columns, amounts, axes = np.zeros(kinds), np.zeros(kinds), np.zeros((3, 3))
     across, weight = np.zeros((probed, 3, 3)), np.zeros((probed, COMPONENTS + 1))
+    seen = np.zeros(probed)
     for k in range(probed):
         across[k] = _across(probes[k], path.ray)
+        seen[k] = 0.5 * (across[k, 0, 0] + across[k, 1, 1] + across[k, 2, 2])
+    local, harmonic = np.zeros((COMPONENTS + 1, waves)), np.zeros(HARMONICS)
+    sunlight, phase, by_molecules = np.zeros(waves), np.zeros(waves), np.zeros(waves)
+    if air.hazy:
+        _phase_at(air, path.ray[0] * sun[0] + path.ray[1] * sun[1] + path.ray[2] * sun[2], phase)
     out[:] = 0.0
     through[:] = 1.0
+    reached = _height_at(path, path.edges[0])
     for step in range(len(path.edges) - 1):
         first, last = path.edges[step], path.edges[step + 1]
         height, sine = _local_frame(path, 0.5 * (first + last), sun, axes)
         for k in range(probed):
             _weigh(across[k], axes, sun, weight[k])
-        _amounts(air.density, height, last - first, amounts)
+        left, reached = reached, _height_at(path, last)
+        _amounts(air, left, reached, last - first, amounts)
         lit = direct and _columns_to_sun(height, sine, air.log_column, columns)
-        i, v = _place(height, before.heights_m)
-        j, u = _place(np.arccos(min(max(sine, -1.0), 1.0)), before.zeniths_rad)
-        w00, w01, w10, w11 = (1.0 - v) * (1.0 - u), (1.0 - v) * u, v * (1.0 - u), v * u
+        if air.hazy:
+            _harmonics_of(path.ray, axes, harmonic)
+        _interpolate(before, height, sine, count, harmonic, local)
         for w in range(waves):
             thick, towards = 0.0, 0.0
             for c in range(kinds):
                 thick += air.depth[c, w] * amounts[c]
                 towards += air.depth[c, w] * columns[c]
             passed = np.exp(-thick)
-            share = 1.0 if thick == 0.0 else air.depth[0, w] * amounts[0] / thick
-            scattered = glow * SCATTERED * through[w] * (1.0 - passed) * share
-            scattered *= np.exp(-path.rain[step] * path.rain_ratio[w])
+            arrives = glow * through[w]
+            if path.rain[step] > 0.0:
+                arrives *= np.exp(-path.rain[step] * path.rain_ratio[w])
+            arrives *= 1.0 if thick == 0.0 else (1.0 - passed) / thick
             through[w] *= passed
-            sunlight = np.exp(-towards) if lit else 0.0
-            near, far = before.mean[i, j, w], before.mean[i, j + 1, w]
-            near_up, far_up = before.mean[i + 1, j, w], before.mean[i + 1, j + 1, w]
+            sunlight[w] = np.exp(-towards) if lit else 0.0
+            by_molecules[w] = arrives * SCATTERED * air.depth[0, w] * amounts[0]
+            # What aerosol scatters, unpolarised, takes the place of its harmonics' sum.
+            local[COMPONENTS, w] += phase[w] * sunlight[w]
+            local[COMPONENTS, w] *= arrives * air.scattering[w] * air.depth[-1, w] * amounts[-1]
+        for k in range(probed):
             for component in range(COMPONENTS):
-                mean = w00 * near[component] + w01 * far[component]
-                mean += w10 * near_up[component] + w11 * far_up[component]
-                mean *= scattered
-                for k in range(probed):
-                    out[w, k] += mean * weight[k, component]
-            for k in range(probed):
-                out[w, k] += scattered * sunlight * weight[k, COMPONENTS]
+                for w in range(waves):
+                    out[k, w] += weight[k, component] * by_molecules[w] * local[component, w]
+            for w in range(waves):
+                out[k, w] += weight[k, COMPONENTS] * by_molecules[w] * sunlight[w]
+            if air.hazy:
+                for w in range(waves):
+                    out[k, w] += seen[k] * local[COMPONENTS, w]
     for w in range(waves):
         through[w] *= np.exp(-path.rain[-1] * path.rain_ratio[w])
     if ray_end(path.height_m, path.ray[2])[1]:
-        _add_ground(path, sun, air, before, direct, across, through, out)
+        _add_ground(path, sun, air, before, direct, seen, through, out)
+
+
+@compiled()
+def _harmonics_of(ray: Array, axes: Array, out: Array) -> None:
+    """Fill in the harmonics of a ray's direction in a local frame."""
+    along = ray[0] * axes[0, 0] + ray[1] * axes[0, 1] + ray[2] * axes[0, 2]
+    aside = ray[0] * axes[1, 0] + ray[1] * axes[1, 1] + ray[2] * axes[1, 2]
+    up = ray[0] * axes[2, 0] + ray[1] * axes[2, 1] + ray[2] * axes[2, 2]
+    level = np.sqrt(along * along + aside * aside)
+    _harmonics(up, level, along / level if level > 0.0 else 1.0, out)
 
 
 @compiled()
 def _add_ground(
-    path: Path, sun: Array, air: Air, before: Scattered, direct: bool, across: Array,
+    path: Path, sun: Array, air: Air, before: Scattered, direct: bool, seen: Array,
     through: Array, out: Array,
 ) -> None:  # fmt: skip
     """Add the light of a Lambertian ground at the end of a ray, unpolarised."""
@@ -290,9 +437,9 @@ def _add_ground(
             for c in range(kinds):
                 towards += air.depth[c, w] * columns[c]
             irradiance += sine * np.exp(-towards)
-        light = 0.5 * air.albedo[w] / np.pi * irradiance * through[w]
-        for k in range(len(across)):
-            out[w, k] += light * (across[k, 0, 0] + across[k, 1, 1] + across[k, 2, 2])
+        light = air.albedo[w] / np.pi * irradiance * through[w]
+        for k in range(len(seen)):
+            out[k, w] += light * seen[k]
 
 
 @compiled(parallel=True)
@@ -300,10 +447,10 @@ def gather_nodes(
     air: Air, before: Scattered, direct: bool, sines: Array, weights: Array, azimuths: int,
     steps: int, probes: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Give the next order's mean field (H, Z, W, 4) and irradiance of the ground (Z, W).
+    """Give the next order's mean field, I_lm without chi_l, and irradiance of the ground (Z, W).
 
     Args:
-        air: as for :func:`gather_ray`.
+        air: as for :func:`gather_ray`; its phase function is to be the cut one.
         before: the order before.
         direct: whether that is the sun's own light.
         sines: of the rays' altitudes at each height (H, A).
@@ -311,6 +458,9 @@ def gather_nodes(
         azimuths: over half a circle, from the sun's on: the other half is its image.
         steps: pieces of a ray.
         probes: the field's components, as probes (4, 3, 3).
+
+    Returns:
+        The field as ``before.mean``, and the irradiance.
     """
     many, waves = len(before.zeniths_rad), air.depth.shape[1]
     mean = np.zeros(before.mean.shape)
@@ -319,7 +469,8 @@ def gather_nodes(
         i, j = node // many, node % many
         height, zenith = before.heights_m[i], before.zeniths_rad[j]
         sun = np.array([np.sin(zenith), 0.0, np.cos(zenith)])
-        ray, out, through = np.zeros(3), np.zeros((waves, COMPONENTS)), np.zeros(waves)
+        ray, out, through = np.zeros(3), np.zeros((COMPONENTS, waves)), np.zeros(waves)
+        total, harmonic = np.zeros(waves), np.zeros(HARMONICS)
         edges, rain, dry = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(waves)
         path = Path(height, ray, edges, rain, dry)
         for a in range(sines.shape[1]):
@@ -333,10 +484,17 @@ def gather_nodes(
                 ray[0], ray[1] = level * np.cos(angle), level * np.sin(angle)
                 gather_ray(path, sun, air, before, direct, 1.0, probes, out, through)
                 weight = weights[i, a] * 2.0 * np.pi / azimuths
+                for component in range(COMPONENTS):
+                    for w in range(waves):
+                        mean[i, j, component, w] += weight * out[component, w]
                 for w in range(waves):
-                    for component in range(COMPONENTS):
-                        mean[i, j, w, component] += weight * out[w, component]
-                    if i == 0 and ray[2] > 0.0:
-                        total = out[w, 0] + out[w, 1] + out[w, 2]
-                        below[j, w] += weight * ray[2] * total
+                    total[w] = out[0, w] + out[1, w] + out[2, w]
+                if air.hazy:
+                    _harmonics(ray[2], level, np.cos(angle), harmonic)
+                    for n in range(HARMONICS):
+                        for w in range(waves):
+                            mean[i, j, COMPONENTS + n, w] += weight * harmonic[n] * total[w]
+                if i == 0 and ray[2] > 0.0:
+                    for w in range(waves):
+                        below[j, w] += weight * ray[2] * total[w]
     return mean, below

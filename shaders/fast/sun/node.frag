@@ -13,6 +13,11 @@ uniform Columns air;
 uniform RadiusRows rows;
 uniform ColourTable table;          // never read: nodes keep weights
 uniform vec3 sunDirection;          // towards the sun
+#if HAZE
+uniform Haze haze;
+uniform float hazeMiddle;           // depth at 550 nm that the tables are behind
+uniform vec3 hazeExcess;            // of X, Y and Z over that at 550 nm, per depth
+#endif
 uniform float blockSize;            // pixels between nodes
 uniform float firstRow;             // of the rows that this pass keeps
 
@@ -27,10 +32,14 @@ void main() {
     path = vec4(MISS, 0.0, 0.0, 0.0);
     Way way = wayAlong(ray, span, march, air);
     Gathered gathered = nothingYet(firstRow);
-    SunPath sunPath = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered);
+    SunPath sunPath = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered
+#if HAZE
+                              , haze, hazeMiddle
+#endif
+                              );
 #if SEVERAL_RADII
     Number perMetre = way.lit > 0.0 ? 1.0 / way.lit : 0.0;
     for (int g = 0; g < HAT_GROUPS; ++g) hats[g] = perMetre * gathered.weights[g];
 #endif
-    if (way.lit > 0.0) path = vec4(sunPath.weight, sunPath.column, sunPath.depth, 0.0);
+    if (way.lit > 0.0) path = vec4(sunPath.weight, sunPath.column, sunPath.depth, sunPath.haze);
 }

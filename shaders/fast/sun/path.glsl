@@ -1,5 +1,6 @@
 #include "common/definitions.glsl"
 #include "common/footprint.glsl"
+#include "air/haze.glsl"
 #include "fast/air.glsl"
 #include "fast/volume.glsl"
 #include "fast/colours.glsl"
@@ -13,16 +14,20 @@ struct SunPath {
     Number weight;         // per metre: density, times radius^(7/3) where radii differ, attenuated
     Column column;         // mean air column towards sun and eye, above the middle
     Number depth;          // mean depth of the rain
+    Number haze;           // mean depth of aerosol at 550 nm, above the middle
 };
 
 // Equation 2 without its wavelengths, by the midpoint rule.
 SunPath gatherSun(Direction ray, Way way, Direction towardsSun, Volume volume, Columns air,
                   RadiusRows rows, ColourTable table, inout Gathered gathered
+#if HAZE
+                  , Haze haze, Number hazeMiddle
+#endif
 #if PIXEL_EDGES
                   , SoftBox box
 #endif
                   ) {
-    SunPath sums = SunPath(0.0, 0.0, 0.0);
+    SunPath sums = SunPath(0.0, 0.0, 0.0, 0.0);
 #if EXTINCTION
     Length start = way.pieces[0].start;
     RainDepth rain = rainDepth(0.0, rainTowards(volume, ray, start, towardsSun, 3.0e38));
@@ -48,6 +53,11 @@ SunPath gatherSun(Direction ray, Way way, Direction towardsSun, Volume volume, C
             column = columnAt(air, at, ray, distance);
             reach *= greyLeft(air, column);
 #endif
+            Number dimmed = 0.0;
+#if HAZE
+            dimmed = hazeAlong(haze, ray, distance, 0) - hazeMiddle;
+            reach *= exp(-dimmed);
+#endif
 #if EXTINCTION
             advance(rain, stepLength * drops.extinction,
                     rainTowards(volume, ray, distance + 0.5 * stepLength, towardsSun, 3.0e38));
@@ -60,6 +70,7 @@ SunPath gatherSun(Direction ray, Way way, Direction towardsSun, Volume volume, C
             sums.weight += reach;
             sums.column += reach * column;
             sums.depth += reach * depth;
+            sums.haze += reach * dimmed;
 #if SEVERAL_RADII
             Number row = (logRadius - rows.first) * rows.perFold;
             gatherRow(gathered, table, reach, clamp(row, 0.0, float(RADIUS_ROWS - 1)));
@@ -67,5 +78,6 @@ SunPath gatherSun(Direction ray, Way way, Direction towardsSun, Volume volume, C
         }
     }
     Number whole = 1.0 / max(sums.weight, 1.0e-30);
-    return SunPath(sums.weight / way.lit, sums.column * whole, sums.depth * whole);
+    return SunPath(sums.weight / way.lit, sums.column * whole, sums.depth * whole,
+                   sums.haze * whole);
 }

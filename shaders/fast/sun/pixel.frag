@@ -16,6 +16,11 @@ uniform Columns air;
 uniform RadiusRows rows;
 uniform ColourTable table;
 uniform vec3 sunDirection;          // towards the sun
+#if HAZE
+uniform Haze haze;
+uniform float hazeMiddle;           // depth at 550 nm that the tables are behind
+uniform vec3 hazeExcess;            // of X, Y and Z over that at 550 nm, per depth
+#endif
 #if BLOCKS
 uniform float blockSize;            // pixels between nodes
 uniform sampler2D nodes;
@@ -92,7 +97,7 @@ void main() {
     Number perpendicular = shareAcross(camera, sunDirection, ray);
 #if DIRECT == 1
     // Even drops in clear space: no march.
-    SunPath path = SunPath(volume.density, 0.0, 0.0);
+    SunPath path = SunPath(volume.density, 0.0, 0.0, 0.0);
 #else
 #if BLOCKS
     vec4 flag = texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0);
@@ -103,11 +108,14 @@ void main() {
 #endif
 #endif
     Gathered gathered = Gathered(texel, perpendicular, vec3(0.0));
-#if PIXEL_EDGES
-    SunPath path = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered, box);
-#else
-    SunPath path = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered);
+    SunPath path = gatherSun(ray, way, sunDirection, volume, air, rows, table, gathered
+#if HAZE
+                             , haze, hazeMiddle
 #endif
+#if PIXEL_EDGES
+                             , box
+#endif
+                             );
 #if SEVERAL_RADII
     Tristimulus light = gathered.light;
 #endif
@@ -115,7 +123,7 @@ void main() {
 #if BLOCKS
     if (!flagged) {
         vec4 between = textureLod(nodes, nodePlace(gl_FragCoord.xy, blockSize, nodes), 0.0);
-        path = SunPath(between.x, between.y, between.z);
+        path = SunPath(between.x, between.y, between.z, between.w);
 #if SEVERAL_RADII
         light = way.lit * hatLight(hats, gl_FragCoord.xy / blockSize + 1.5, hatRow, 255.0 * flag.gb,
                                  table, texel, perpendicular);
@@ -131,6 +139,9 @@ void main() {
 #if AIR
     // Beyond the tables' columns there is no light to colour, and no polynomial to trust.
     path.column = clamp(path.column, -air.reach, air.reach);
+#endif
+#if HAZE
+    light *= exp(-hazeExcess * path.haze);
 #endif
     radiance.rgb = xyzToRgb(light * fallOff(table.values, texel, path.column, path.depth));
 }

@@ -28,6 +28,47 @@ def xyz(frame):
     return frame.astype(float) @ np.linalg.inv(XYZ_TO_RGB).T
 
 
+HAZE = {
+    "atmosphere.aerosol.model": "custom", "atmosphere.aerosol.optical_depth_550": 0.2,
+    "atmosphere.ozone_du": 300.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("method", ["fast", "spectral"])
+@pytest.mark.parametrize("changes", [
+    {**HAZE, "atmosphere.sky": False},
+    {**HAZE, "droplets.extinction": True},
+    {**HAZE, "camera.polarizer_deg": 40.0},
+    {**HAZE, **TOWARDS, "light.0.altitude_deg": 8.0},
+], ids=["bow", "dim", "filter", "sun"])  # fmt: skip
+def test_hazy_frames_are_the_references(method, changes):
+    if method == "fast":  # a low sun's haze is left to spectral
+        changes = {**changes, "render.max_delta_e": 2.0}
+    difference = frame_difference(xyz(drawn(method, changes)), xyz(drawn("reference", changes)))
+    assert difference.delta_e.p99 < 0.5
+    assert difference.delta_e.worst < 1.2
+
+
+def test_what_haze_colours_too_differently_is_left_to_spectral():
+    low = {**HAZE, "atmosphere.sky": False, "light.0.altitude_deg": 4.0}
+    with rtbow.Renderer(rtbow.load_scene("uniform", {**SCENE, **low})) as renderer:
+        renderer.render()
+        assert renderer.method_used == "spectral"
+        assert "450 nm" in renderer.unsuited
+
+
+@pytest.mark.parametrize("changes", [
+    {"light.0.altitude_deg": -1.5, "camera.azimuth_deg": 180.0},
+    {"light.0.altitude_deg": 0.05, "droplets.box_m": [[-3e3, 2e2, 0.0], [3e3, 9e3, 9e3]]},
+], ids=["shadow", "spread"])  # fmt: skip
+def test_a_sun_whose_way_through_ozone_differs_is_left_to_the_reference(changes):
+    scene = rtbow.load_scene("uniform", {**SCENE, **HAZE, "atmosphere.sky": False, **changes})
+    with rtbow.Renderer(scene) as renderer:
+        renderer.render()
+        assert renderer.method_used == "reference"
+        assert "light.0" in renderer.unsuited
+
+
 @pytest.mark.parametrize("method", ["fast", "spectral"])
 @pytest.mark.parametrize(
     "changes",

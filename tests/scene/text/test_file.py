@@ -98,7 +98,7 @@ def test_huge_integers_are_refused_where_others_follow_from_them(lines):
     text = BASE.replace('type = "sun"', f'type = "sun"\n{lines}1{"0" * 400}')
     assert text != BASE
     assert problems(text)
-    with pytest.raises(InputError, match="light.0"):
+    with pytest.raises(InputError, match=r"light\.0"):
         load_scene("uniform", {"light.0.spectrum": "moon", "light.0.moon_distance_km": 10**400})
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
-from rtbow.physics.air.shells import molecular_shells
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
+from rtbow.tables.sky.air import make_air
 from rtbow.tables.sky.field import FIELD_NM, field_at, no_field, sky_field
-from rtbow.tables.sky.transport import Air, Path, gather_ray, ray_end
+from rtbow.tables.sky.transport import Path, gather_ray, ray_end
 from textbook import molecular_sky
 
 pytestmark = pytest.mark.slow
@@ -21,7 +21,7 @@ DEPTH = rayleigh_depth(WAVES_NM)
 
 def air(albedo, waves_nm=WAVES_NM):
     """Air of molecules over a ground."""
-    return Air(*molecular_shells(), rayleigh_depth(waves_nm)[None], np.full(len(waves_nm), albedo))
+    return make_air(rayleigh_depth(waves_nm), np.full(len(waves_nm), albedo))
 
 
 @pytest.fixture(scope="module")
@@ -41,9 +41,9 @@ def seen(field, albedo, sun, ray, probes, height=0.0, pieces=200):
     edges = ray_end(height, ray[2])[0] * np.linspace(0.0, 1.0, pieces + 1) ** 2
     waves = len(DEPTH)
     path = Path(height, ray, edges, np.zeros(pieces + 1), np.zeros(waves))
-    out, through = np.zeros((waves, len(probes))), np.zeros(waves)
+    out, through = np.zeros((len(probes), waves)), np.zeros(waves)
     gather_ray(path, sun, air(albedo), field, True, 1.0, probes, out, through)
-    return out
+    return out.T
 
 
 def sky(field, albedo, sun, ray, **more):

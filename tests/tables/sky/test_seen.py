@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from rtbow.physics.air.rayleigh import rayleigh_depth
-from rtbow.physics.air.shells import molecular_shells
+from rtbow.tables.sky.air import make_air
 from rtbow.tables.sky.field import FIELD_NM, sky_field
 from rtbow.tables.sky.seen import AZIMUTHS, FALLING, RISING, Eye, row_altitudes, sky_table
-from rtbow.tables.sky.transport import Air, Path, gather_ray, ray_end
+from rtbow.tables.sky.transport import Path, gather_ray, ray_end
 
 pytestmark = pytest.mark.slow
 
-AIR = Air(*molecular_shells(), rayleigh_depth(FIELD_NM)[None], np.full(len(FIELD_NM), 0.3))
+AIR = make_air(rayleigh_depth(FIELD_NM), np.full(len(FIELD_NM), 0.3))
 COLOURS = np.eye(len(FIELD_NM))[:, [1, 7, 15]]
 """Channels of one wavelength each: 405, 555 and 755 nm."""
 
@@ -42,9 +42,9 @@ def summed(field, height, sun, altitude, azimuth, until=np.inf):
     waves = len(FIELD_NM)
     air = AIR if until == np.inf else AIR._replace(albedo=np.zeros(waves))
     path = Path(height, ray, edges, np.zeros(pieces + 1), np.zeros(waves))
-    out, through = np.zeros((waves, 3)), np.zeros(waves)
+    out, through = np.zeros((3, waves)), np.zeros(waves)
     gather_ray(path, direction(sun, 0.0), air, field, True, 1.0, probes, out, through)
-    first, second, third = out.T @ COLOURS
+    first, second, third = out @ COLOURS
     return np.array([first + second, first - second, 2.0 * third - first - second])
 
 

@@ -1,0 +1,79 @@
+"""The air's constituents as its light is gathered from them: molecules, ozone and aerosol."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtbow.base.arrays import Array
+from rtbow.physics.air.aerosol import AerosolOptics, layer_density, moments_of
+from rtbow.physics.air.ozone import ozone_density
+from rtbow.physics.air.shells import (
+    SHELL_HEIGHTS_M,
+    Shells,
+    molecular_shells,
+    with_constituent,
+)
+from rtbow.tables.sky.transport import DEGREE, Air
+
+
+@dataclass(frozen=True)
+class Haze:
+    """An aerosol and its layer.
+
+    Attributes:
+        optics: what it does at the wavelengths.
+        scale_height_m: of its density.
+        top_m: height at which it ends; infinite where it does not.
+    """
+
+    optics: AerosolOptics
+    scale_height_m: float
+    top_m: float
+
+
+def make_air(
+    molecules: Array, albedo: Array, ozone: Array | None = None, haze: Haze | None = None
+) -> Air:
+    """Put air together, at W wavelengths.
+
+    Args:
+        molecules: vertical depth of the molecules (W,).
+        albedo: of the ground (W,).
+        ozone: vertical depth of the ozone (W,), if there is any.
+        haze: the aerosol, if there is any.
+    """
+    shells, depths, waves = molecular_shells(), [molecules], len(molecules)
+    if ozone is not None:
+        shells = with_constituent(shells, ozone_density(SHELL_HEIGHTS_M))
+        depths.append(ozone)
+    if haze is None:
+        zero, nothing = np.zeros(waves), np.zeros((DEGREE + 1, waves))
+        return Air(
+            shells.density, shells.below, shells.log_column, np.stack(depths), np.stack(depths),
+            albedo, False, zero, nothing, np.zeros((2, waves)),
+        )  # fmt: skip
+    density = layer_density(SHELL_HEIGHTS_M, haze.scale_height_m, haze.top_m)
+    shells = with_constituent(shells, density)
+    optics = haze.optics
+    moments = moments_of(optics.phase, DEGREE + 1)
+    forward = moments[-1]
+    kept = 1.0 - forward * optics.scattering  # of the depth, without the forward peak
+    return Air(
+        shells.density,
+        shells.below,
+        shells.log_column,
+        np.stack([*depths, optics.depth * kept]),
+        np.stack([*depths, optics.depth]),
+        albedo,
+        True,
+        optics.scattering * (1.0 - forward) / kept,
+        (moments[:-1] - forward) / (1.0 - forward),
+        optics.phase / (1.0 - forward),
+    )
+
+
+def shells_of(air: Air) -> Shells:
+    """Give where an air's constituents are."""
+    return Shells(air.density, air.log_column)
