@@ -21,6 +21,9 @@ NEAREST_M = 1e-3
 """Rays pass the centre of a point lamp no nearer than this: through the centre the integral of 1/d²
 has no limit. A lamp with a diameter needs no such guard, since no drops are inside it."""
 
+_LEAST_DRAWN_RAD = 1e-7
+"""A disc smaller than this is between float32's directions."""
+
 
 @dataclass(frozen=True)
 class Sun:
@@ -42,9 +45,9 @@ class Sun:
 
     @property
     def disc_radiance(self) -> float:
-        """Radiance of the even disc as it is drawn, per irradiance, 1/sr; 0 for a point, which no
-        pixel shows."""
-        if self.disc_rad == 0.0 or not self.visible:
+        """Radiance of the even disc as it is drawn, per irradiance, 1/sr; 0 for a point, or a disc
+        as small as one, which no pixel shows."""
+        if self.disc_rad < _LEAST_DRAWN_RAD or not self.visible:
             return 0.0
         return float(1.0 / (4.0 * np.pi * np.sin(0.5 * self.disc_rad) ** 2))
 

@@ -76,10 +76,10 @@ def disc_nodes_off_poles(theta_rad: Array, radius_rad: float, count: int) -> tup
     low, high = np.abs(centre - radius_rad), centre + radius_rad
     t, dt = _midpoints(count)
     angles, weights = _circles(centre, low, 0.5 * (high - low), radius_rad, t, dt)
-    return (
-        floats(np.where(mirrored, np.pi - angles, angles)),
-        floats(weights / weights.sum(axis=1, keepdims=True)),
-    )
+    total = weights.sum(axis=1, keepdims=True)
+    # A disc too small for its angles to differ leaves no weight: all nodes are its centre.
+    weights = np.where(total > 0.0, weights, 1.0) / np.where(total > 0.0, total, float(count))
+    return floats(np.where(mirrored, np.pi - angles, angles)), floats(weights)
 
 
 def _midpoints(count: int) -> tuple[Array, Array]:

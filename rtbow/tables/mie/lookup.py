@@ -215,7 +215,7 @@ def disc_grid(theta: Array, disc_rad: float) -> tuple[Array, Array]:
     count = 24 + int(4000.0 * disc_rad) if disc_rad > 0.0 else 1
     covering = np.minimum(theta, np.pi - theta) < disc_rad
     discs = {int(u): disc_nodes(float(theta[u]), disc_rad, count) for u in np.flatnonzero(covering)}
-    most = max((len(angles) for angles, _ in discs.values()), default=count)
+    most = max([count, *(len(angles) for angles, _ in discs.values())])
     nodes, weights = np.zeros((len(theta), most)), np.zeros((len(theta), most))
     if disc_rad > 0.0:
         off = disc_nodes_off_poles(theta[~covering], disc_rad, count)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rtbow.physics.light.disc import disc_mean, disc_nodes
+from rtbow.physics.light.disc import disc_mean, disc_nodes, disc_nodes_off_poles
+from rtbow.tables.mie.lookup import disc_grid
 from textbook import mean_on_sphere
 
 RADIUS = np.radians(0.2665)
@@ -61,6 +62,17 @@ def test_weights_sum_to_one_within_the_disc(theta, count):
     assert np.all(weights >= 0.0)
     assert np.all((angles >= 0.0) & (angles <= np.pi))
     assert np.all(np.abs(angles - theta) <= RADIUS * (1.0 + 1e-12))
+
+
+@pytest.mark.parametrize("radius", [1e-300, 1e-20, 1e-12])
+def test_discs_without_extent_are_their_centres(radius):
+    theta = np.array([0.3, 1.5, 2.9])
+    nodes, weights = disc_nodes_off_poles(theta, radius, 24)
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose((nodes * weights).sum(axis=1), theta, rtol=1e-9)
+    nodes, weights = disc_grid(np.array([0.0, 0.3, np.pi]), radius)
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose((nodes * weights).sum(axis=1), [0.0, 0.3, np.pi], atol=1e-9)
 
 
 def test_disc_at_the_pole_is_centred_beside_it():
