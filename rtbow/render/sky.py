@@ -27,14 +27,17 @@ from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
 from rtbow.tables.sky.field import FIELD_NM, between_field_nm
 from rtbow.tables.sky.seen import FALLING, RISING, Eye, SkyTable, sky_table
 from rtbow.world.lights import Sun
-from rtbow.world.steps import StepRates, most_steps, step_rates
+from rtbow.world.steps import StepRates
 from rtbow.world.world import World
 
 _LAYERS = 20
 """Distances up to which the air's light is told apart, where rain dims it: their roots are even up
 to the box's far end."""
-_EVEN_STEPS, _MOST_STEPS = 8, 48
-"""Of a ray through even rain that dims, and the most through a grid of it."""
+_STEPS = 8
+"""Of a ray through rain that dims, at whose ends the air's light is looked up."""
+_GRID_SAMPLES = 3
+"""Of the rain within each, in a grid: 24 in all leave CIEDE2000 0.14 at the 99th percentile of
+``shower``, 48 leave 0.03."""
 
 
 def with_surroundings(
@@ -190,15 +193,12 @@ def _stacked(blocks: Float32) -> Float32:
 
 
 def _defines(world: World) -> dict[str, Define]:
-    steps = _EVEN_STEPS
-    if not world.volume.uniform:
-        cells = most_steps(step_rates(world.volume, world.optics), world.volume)
-        steps = min(max(cells, _EVEN_STEPS), _MOST_STEPS)
     return {
         **common_defines(world),
         "SKY_RISING": RISING,
         "SKY_FALLING": FALLING,
-        "SKY_STEPS": steps,
+        "SKY_STEPS": _STEPS,
+        "SKY_SAMPLES": 1 if world.volume.uniform else _GRID_SAMPLES,
     }
 
 

@@ -46,23 +46,28 @@ struct Through {
     Tristimulus air;       // of the air up to the rain's end, were there no rain
 };
 
-// Along a ray: the air's light up to the end of each step is looked up, what it adds over the step is
-// dimmed by the rain before, and half of that within.
+// Along a ray: the air's light up to the end of each step is looked up; what it adds over the step is
+// dimmed as the mean of the step's samples of the rain.
 Through throughRain(SkyPlace at, Direction ray) {
     vec2 span = boxSpan(ray, volume.low, volume.high);
     Through rain = Through(vec3(0.0), 1.0, vec3(0.0));
     if (span.x >= span.y) return rain;
     Number depth = 0.0;
-    Length step = (span.y - span.x) / float(SKY_STEPS);
+    Length step = (span.y - span.x) / float(SKY_STEPS * SKY_SAMPLES);
     rain.air = skyUpTo(camera, sky, at, ray, span.x);
     rain.light = rain.air;
+    Length distance = span.x;
     for (int k = 0; k < SKY_STEPS; ++k) {
-        Length middle = span.x + (float(k) + 0.5) * step;
-        Number thick = step * extinctionAt(middle * ray);
-        Tristimulus next = skyUpTo(camera, sky, at, ray, middle + 0.5 * step);
-        rain.light += exp(-depth) * meanDecay(thick) * (next - rain.air);
+        Number left = 0.0;
+        for (int j = 0; j < SKY_SAMPLES; ++j) {
+            Number thick = step * extinctionAt((distance + 0.5 * step) * ray);
+            left += exp(-depth) * meanDecay(thick);
+            depth += thick;
+            distance += step;
+        }
+        Tristimulus next = skyUpTo(camera, sky, at, ray, distance);
+        rain.light += left / float(SKY_SAMPLES) * (next - rain.air);
         rain.air = next;
-        depth += thick;
     }
     rain.passed = exp(-depth);
     return rain;

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -136,7 +135,6 @@ def ray_ends(height_m: float, sine: Array) -> tuple[Array, Mask]:
 SHELL_HEIGHTS_M = np.arange(0.0, TOP_M + 0.5 * _STEP_M, _STEP_M)
 
 
-@cache
 def molecular_shells() -> Shells:
     """Give air of molecules alone."""
     density = np.exp(-SHELL_HEIGHTS_M / SCALE_HEIGHT_M) / SCALE_HEIGHT_M

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from rtbow.base.arrays import Array
+from rtbow.base.arrays import Array, floats
+from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.physics.air.aerosol import AerosolOptics, layer_density, moments_of
 from rtbow.physics.air.ozone import ozone_density
 from rtbow.physics.air.shells import (
@@ -33,6 +35,24 @@ class Haze:
     top_m: float
 
 
+@cache
+def _shells(ozone: bool, layer: tuple[float, float] | None) -> Shells:
+    """Give where constituents are: molecules, ozone if there is any, and aerosol of a layer by its
+    scale height and top. Kept, for its columns take a second."""
+
+    def build() -> dict[str, Array]:
+        shells = molecular_shells()
+        if ozone:
+            shells = with_constituent(shells, ozone_density(SHELL_HEIGHTS_M))
+        if layer is not None:
+            shells = with_constituent(shells, layer_density(SHELL_HEIGHTS_M, *layer))
+        return shells._asdict()
+
+    code = source_digest("base.limits", "physics.air", "physics.constants", "tables.sky.air")
+    kept = cached_arrays("shells", f"{code} {ozone} {layer}", build)
+    return Shells(floats(kept["density"]), floats(kept["log_column"]))
+
+
 def make_air(
     molecules: Array, albedo: Array, ozone: Array | None = None, haze: Haze | None = None
 ) -> Air:
@@ -44,18 +64,15 @@ def make_air(
         ozone: vertical depth of the ozone (W,), if there is any.
         haze: the aerosol, if there is any.
     """
-    shells, depths, waves = molecular_shells(), [molecules], len(molecules)
-    if ozone is not None:
-        shells = with_constituent(shells, ozone_density(SHELL_HEIGHTS_M))
-        depths.append(ozone)
+    layer = None if haze is None else (haze.scale_height_m, haze.top_m)
+    shells, waves = _shells(ozone is not None, layer), len(molecules)
+    depths = [molecules] if ozone is None else [molecules, ozone]
     if haze is None:
         zero, nothing = np.zeros(waves), np.zeros((DEGREE + 1, waves))
         return Air(
             shells.density, shells.below, shells.log_column, np.stack(depths), np.stack(depths),
             albedo, False, zero, nothing, np.zeros((2, waves)),
         )  # fmt: skip
-    density = layer_density(SHELL_HEIGHTS_M, haze.scale_height_m, haze.top_m)
-    shells = with_constituent(shells, density)
     optics = haze.optics
     moments = moments_of(optics.phase, DEGREE + 1)
     forward = moments[-1]

@@ -309,27 +309,24 @@ def _multiple_weights(suns: _Suns, cosine: Array, side: Array) -> list[list[Arra
 def _multiple(field: Scattered, places: _Places, parts: slice, weights: Array) -> Float32:
     """Sum parts of what was scattered before by weights (rows, n, columns, parts), as it is at
     places: (rows, n, columns, W)."""
-    zenith = places.zenith
-    low = max(int(np.searchsorted(field.zeniths_rad, zenith.min(), "right")) - 1, 0)
-    high = int(np.searchsorted(field.zeniths_rad, zenith.max())) + 1
-    high = min(max(high, low + 2), len(field.zeniths_rad))
-    low = min(low, high - 2)
     i, v = _between(field.heights_m, places.height)
-    j, u = _between(field.zeniths_rad[low:high], zenith)
-    beyond = u.astype(np.float32)[..., None]
-    # (H, parts, Z · W), so that a product sums the parts for all zenith angles and wavelengths.
-    mean = field.mean[:, low:high, parts].astype(np.float32)
-    heights, count, terms, waves = mean.shape
-    mean = np.ascontiguousarray(mean.transpose(0, 2, 1, 3)).reshape(heights, terms, -1)
-    light = np.empty((*zenith.shape, waves), dtype=np.float32)
+    j, u = _between(field.zeniths_rad, places.zenith)
+    share = u.astype(np.float32)[..., None]
+    # (H, parts, Z, W), so that one product sums the parts for all zenith angles and wavelengths.
+    mean = np.ascontiguousarray(field.mean[:, :, parts].transpose(0, 2, 1, 3), dtype=np.float32)
+    light = np.empty((*places.zenith.shape, mean.shape[-1]), dtype=np.float32)
     for row, weight in enumerate(weights.astype(np.float32)):
-        share = v[row].astype(np.float32)[:, None, None]
-        there = (1.0 - share) * mean[i[row]] + share * mean[i[row] + 1]
-        summed = np.matmul(weight, there).reshape(*zenith.shape[1:], count, waves)
-        at = j[row][..., None, None]
+        # A row's places see the sun within a few degrees: the nodes about these alone.
+        nodes = slice(int(j[row].min()), int(j[row].max()) + 2)
+        here = mean[:, :, nodes].reshape(len(mean), mean.shape[1], -1)
+        up = v[row].astype(np.float32)[:, None, None]
+        there = here[i[row]]
+        there += up * (here[i[row] + 1] - there)
+        summed = np.matmul(weight, there).reshape(*weight.shape[:2], -1, mean.shape[-1])
+        at = (j[row] - nodes.start)[..., None, None]
         near = np.take_along_axis(summed, at, axis=2)[:, :, 0]
         far = np.take_along_axis(summed, at + 1, axis=2)[:, :, 0]
-        light[row] = near + beyond[row] * (far - near)
+        light[row] = near + share[row] * (far - near)
     return light
 
 

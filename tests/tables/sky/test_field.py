@@ -144,7 +144,7 @@ def test_one_scattering_is_its_quadrature(sun, elevation, azimuth, height):
     np.testing.assert_allclose(once, expected, rtol=2e-3 if sun < 0.0 else 1e-3)
 
 
-@pytest.mark.parametrize("altitude", [90.0, 40.0, 15.0])
+@pytest.mark.parametrize("altitude", [90.0, 40.0, 20.0])
 def test_no_light_is_lost(fields, altitude):
     """Black ground and air that absorbs nothing: what comes in goes to the ground or out."""
     field, towards = fields[0.0], direction(altitude)
@@ -182,5 +182,5 @@ def test_fields_between_wavelengths():
     between = np.array([392.0, 467.0, 642.0])
     solved = sky_field(air(0.3, between))
     found = field_at(sky_field(air(0.3, FIELD_NM)), between)
-    level = solved.mean.max(axis=(0, 1, 3), keepdims=True)
+    level = solved.mean.max(axis=(0, 1, 2), keepdims=True)
     assert (np.abs(found.mean - solved.mean) / level).max() < 1e-3
