@@ -16,6 +16,8 @@ multiple scattering takes.
 
 from __future__ import annotations
 
+from itertools import chain
+
 import numpy as np
 
 from rtbow.base.arrays import Array, Progress, Steps, floats, no_progress
@@ -50,7 +52,9 @@ _PIECES = 24
 _LEAST = 0.01
 """Share of the whole below which an order is the last one that is computed: with the rest of the
 series the field is within 8e-4 of that of all orders, over white ground, too."""
-_MOST_ORDERS = 200
+_USUAL_ORDERS, _MOST_ORDERS = 9, 200
+"""Shown as the length of the work, and the most that are computed: clear air takes 6 over black
+ground and 9 over white."""
 
 PROBES = np.zeros((COMPONENTS, 3, 3))
 PROBES[0, 0, 0] = PROBES[1, 1, 1] = PROBES[2, 2, 2] = 1.0
@@ -115,7 +119,8 @@ def _all_orders(air: Air, empty: Scattered, progress: Progress) -> Scattered:
     chi = np.concatenate([np.ones((COMPONENTS, air.depth.shape[1])), air.moments[degrees]])
     chi = chi[: empty.mean.shape[2]]
     one, total, before = empty, empty, np.ones(air.depth.shape[1])
-    for order in progress(Steps(_MOST_ORDERS, "the sky's orders of scattering")):
+    usual = progress(Steps(_USUAL_ORDERS, "the sky's orders of scattering"))
+    for order in chain(usual, range(_USUAL_ORDERS, _MOST_ORDERS)):
         mean, ground = gather_nodes(air, one, order == 0, sines, weights, azimuths, _PIECES, PROBES)
         one = one._replace(mean=chi * mean, ground=ground)
         total = total._replace(mean=total.mean + one.mean, ground=total.ground + ground)
