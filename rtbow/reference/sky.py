@@ -54,10 +54,11 @@ class Sky:
             lit: whether there is a sun; without one there is nothing to solve.
             progress: wraps the loop over orders of scattering.
         """
-        scattered = no_field(len(wavelength_nm))
+        air = around.air(wavelength_nm)
+        scattered = no_field(len(wavelength_nm), hazy=air.hazy)
         if around.glows and lit:
             scattered = field_at(around.field(progress), wavelength_nm)
-        return cls(around, around.air(wavelength_nm), scattered)
+        return cls(around, air, scattered)
 
     def ground_distance(self, height_m: float, directions: Array) -> Array:
         """Distances at which rays from a height meet the ground (n,), m; infinite where they do

@@ -40,7 +40,8 @@ HAZE = {
     {**HAZE, "droplets.extinction": True},
     {**HAZE, "camera.polarizer_deg": 40.0},
     {**HAZE, **TOWARDS, "light.0.altitude_deg": 8.0},
-], ids=["bow", "dim", "filter", "sun"])  # fmt: skip
+    {**HAZE, "atmosphere.sky": False, "ground.albedo": 0.8, "camera.altitude_deg": -20.0},
+], ids=["bow", "dim", "filter", "sun", "ground"])  # fmt: skip
 def test_hazy_frames_are_the_references(method, changes):
     if method == "fast":  # a low sun's haze is left to spectral
         changes = {**changes, "render.max_delta_e": 2.0}
