@@ -352,7 +352,8 @@ def gather_ray(
         through: filled with the share of light from the ray's end that arrives (W,).
     """
     kinds, waves = air.depth.shape
-    probed, count = len(probes), HARMONICS if air.hazy else 0
+    # A field without harmonics has scattered nothing that aerosol could scatter again.
+    probed, count = len(probes), before.mean.shape[2] - COMPONENTS
     columns, amounts, axes = np.zeros(kinds), np.zeros(kinds), np.zeros((3, 3))
     across, weight = np.zeros((probed, 3, 3)), np.zeros((probed, COMPONENTS + 1))
     seen = np.zeros(probed)
@@ -374,7 +375,7 @@ def gather_ray(
         left, reached = reached, _height_at(path, last)
         _amounts(air, left, reached, last - first, amounts)
         lit = direct and _columns_to_sun(height, sine, air.log_column, columns)
-        if air.hazy:
+        if count:
             _harmonics_of(path.ray, axes, harmonic)
         _interpolate(before, height, sine, count, harmonic, local)
         for w in range(waves):

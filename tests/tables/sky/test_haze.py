@@ -129,6 +129,18 @@ def test_harmonics_are_orthonormal():
     np.testing.assert_allclose(products, np.eye(HARMONICS), atol=1e-12)
 
 
+def test_a_field_of_nothing_needs_no_harmonics():
+    """Read beyond its end it would be whatever the memory holds."""
+    rows, air = setting(2)
+    sun, ray = direction(rows[0]["sun_altitude_deg"]), direction(20.0, 60.0)
+    none = no_field(1)
+    held = np.full((*none.mean.shape[:2], 5, 1), np.nan)
+    held[:, :, :4] = 0.0
+    tight = none._replace(mean=held[:, :, :4])
+    expected = stokes(air, no_field(1, hazy=True), sun, ray)
+    np.testing.assert_array_equal(stokes(air, tight, sun, ray), expected)
+
+
 def test_a_mixture_by_hand():
     """Half of each of two aerosols in one layer is their mean."""
     nm = np.array([550.0])
