@@ -13,6 +13,10 @@ DEEPEST_AIR_M = -1e5
 level, and light gets no farther than some metres."""
 TOP_M = 100_000.0
 """Where the air that glows ends: 4e-6 of its molecules are above."""
+GROUND_HEIGHTS_M = (-500.0, 8000.0)
+"""Heights of the ground: the Dead Sea's shore, and the highest peaks below their tops."""
+PRESSURES_HPA = (100.0, 1100.0)
+"""Pressures at height 0: that at 16 km, and more than was ever measured."""
 MOST_AEROSOL_DEPTH = 2.0
 """Vertical optical depth of aerosol up to which the sky holds its error; beyond are dust storms."""
 LEAST_EXTENT_M = 1e-3

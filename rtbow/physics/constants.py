@@ -19,6 +19,10 @@ AIR_REFRACTIVE_INDEX = 1.000277
 EARTH_RADIUS_M = 6_371_000.0
 
 
+SEA_LEVEL_HPA = 1013.25
+"""Pressure of the standard atmosphere at sea level."""
+
+
 SCALE_HEIGHT_M = 7994.0
 """Scale height H0 of the exponential atmosphere (Fujiwara et al., section 5.2.1)."""
 

@@ -44,7 +44,7 @@ from rtbow.tables.layout import RadiusAxis, angle_axis, radius_axis, row_section
 from rtbow.tables.mie.direct import DirectMieSections
 from rtbow.tables.sections import Sections
 from rtbow.tables.sky.air import shells_of
-from rtbow.tables.sky.transport import Air
+from rtbow.tables.sky.light import Air
 from rtbow.world.lights import NEAREST_M, Lamp, Sun
 from rtbow.world.optics import Optics
 from rtbow.world.rain.extinction import RainExtinction, paths_to, with_second
@@ -145,6 +145,11 @@ class _Setup:
         haze = self.world.haze
         return None if haze is None else haze.air(self.optics.wavelength_nm)
 
+    def above_ground(self, points: Array) -> Array:
+        """Heights of points (m, 3) in the layers of ozone and aerosol, m."""
+        assert self.world.haze is not None
+        return self.world.haze.above_ground(points[:, 2])
+
     @cached_property
     def lamp_sections(self) -> LampSections:
         """Cross-sections without a disc at angles twice as close as the shader's own: summed once,
@@ -190,7 +195,7 @@ def _rays(setup: _Setup, directions: Array) -> Rays:
     """Rays from the eye in some directions (n, 3), as the kernels take them."""
     entry, leave = box_span(setup.origin, directions, setup.volume.box_m)
     if setup.sky is not None:  # drops in the ground are not seen
-        ground = np.maximum(setup.sky.ground_distance(float(setup.origin[2]), directions), entry)
+        ground = np.maximum(setup.sky.ground_distance(setup.origin, directions), entry)
         leave = np.where(leave > entry, np.minimum(leave, ground), leave)
     return Rays(setup.origin, directions, entry, leave, setup.longest(leave - entry))
 
@@ -227,8 +232,9 @@ def _others_to_eye(setup: _Setup, points: Array, distance: Array) -> Array:
     haze = setup.haze
     if haze is None:
         return np.zeros((len(points), 0))
-    eye = np.full(len(points), max(float(setup.origin[2]), 0.0))
-    return shells_of(haze).amounts(eye, np.maximum(points[:, 2], 0.0), distance)[1:].T
+    eye = np.broadcast_to(setup.origin, points.shape)
+    heights = setup.above_ground(eye), setup.above_ground(points)
+    return shells_of(haze).amounts(*heights, distance)[1:].T
 
 
 def _others_to_sun(setup: _Setup, sun: Sun, points: Array) -> Array:
@@ -239,7 +245,8 @@ def _others_to_sun(setup: _Setup, sun: Sun, points: Array) -> Array:
     height, altitude = points[:, 2], np.full(len(points), sun.altitude_rad)
     if setup.world.shades(sun):
         height, altitude = place_over_sphere(points, setup.origin, sun.direction)
-    height = np.maximum(height, 0.0)
+    assert setup.world.haze is not None
+    height = setup.world.haze.above_ground(height)
     return shells_of(haze).column_at(height, altitude - horizon_rad(height))[1:].T
 
 
@@ -349,9 +356,9 @@ def _under_lamps(setup: _Setup, rays: Rays, grid: Grid) -> Array:
         others = _others_to_eye(setup, points, pieces.distance)
         if setup.haze is not None:
             way = np.linalg.norm(points - lamp.position_m, axis=1)
-            lamp_m = np.full(len(points), max(float(lamp.position_m[2]), 0.0))
-            up = np.maximum(points[:, 2], 0.0)
-            others = others + shells_of(setup.haze).amounts(lamp_m, up, way)[1:].T
+            lamp_m = setup.above_ground(np.broadcast_to(lamp.position_m, points.shape))
+            heights = lamp_m, setup.above_ground(points)
+            others = others + shells_of(setup.haze).amounts(*heights, way)[1:].T
         attenuation = _attenuation(setup, column, depth, np.ascontiguousarray(others))
         towards = lamp.position_m - rays.origin
         share = setup.world.view.perpendicular_share(towards, rays.directions)

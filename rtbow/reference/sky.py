@@ -7,18 +7,22 @@ scattered before is interpolated in :mod:`rtbow.tables.sky`'s field.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Mask, Progress, no_progress
+from rtbow.base.arrays import Array, Mask, Progress, floats, no_progress
 from rtbow.base.compiled import compiled, prange
 from rtbow.physics.air.rayleigh import horizon_rad
 from rtbow.physics.air.shells import ray_ends
+from rtbow.physics.constants import EARTH_RADIUS_M
+from rtbow.physics.light.fresnel import reflected_amplitudes
 from rtbow.reference.rays import Rays
 from rtbow.tables.sky.air import shells_of
 from rtbow.tables.sky.field import field_at, no_field
-from rtbow.tables.sky.transport import Air, Path, Scattered, gather_ray
+from rtbow.tables.sky.light import Air, Path, Scattered
+from rtbow.tables.sky.transport import gather_ray
 from rtbow.world.lights import Sun
 from rtbow.world.sky import Surroundings
 
@@ -60,17 +64,21 @@ class Sky:
             scattered = field_at(around.field(progress), wavelength_nm)
         return cls(around, air, scattered)
 
-    def ground_distance(self, height_m: float, directions: Array) -> Array:
-        """Distances at which rays from a height meet the ground (n,), m; infinite where they do
+    def _height(self, eye_m: Array) -> float:
+        """Of the eye (3,) above the ground, m."""
+        return float(self.around.above_ground(eye_m)[2])
+
+    def ground_distance(self, eye_m: Array, directions: Array) -> Array:
+        """Distances at which rays from the eye (3,) meet the ground (n,), m; infinite where they do
         not."""
-        if self.around.albedo is None:
+        if self.around.ground is None:
             return np.full(len(directions), np.inf)
-        end, meets = ray_ends(height_m, directions[:, 2])
+        end, meets = ray_ends(self._height(eye_m), directions[:, 2])
         return np.where(meets, end, np.inf)
 
     def edges(self, rays: Rays) -> Array:
         """Give where each ray's pieces end (n, S + 1), m, ascending from 0."""
-        end = ray_ends(float(rays.origin[2]), rays.directions[:, 2])[0]
+        end = ray_ends(self._height(rays.origin), rays.directions[:, 2])[0]
         dense = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
         through = rays.leave > rays.entry
         first = np.where(through, np.minimum(rays.entry, end), 0.0)
@@ -91,42 +99,135 @@ class Sky:
             sun: the sun.
             probes: what of the light is seen (n, 3, 3).
         """
-        angle = np.linalg.norm(rays.directions - sun.direction, axis=1)
-        on = angle < 2.0 * np.sin(0.5 * sun.disc_rad)
-        disc = np.where(on, sun.disc_radiance, 0.0)[:, None] * self._beam(rays, on)
-        return _gather_rays(
-            rays, edges, rain, rain_ratio, sun.direction, self.air, self.scattered,
-            float(self.around.glows), np.ascontiguousarray(probes), disc,
+        height = self._height(rays.origin)
+        ways = _Ways(
+            height, rays.directions, np.broadcast_to(sun.direction, rays.directions.shape).copy(),
+            np.ascontiguousarray(probes[:, None]),
         )  # fmt: skip
+        ground = self.around.ground
+        wet = ground is not None and ground.water
+        sky = self._without_ground() if wet else self
+        seen, through = sky._gather(ways, edges, rain, rain_ratio)
+        rain_left = np.exp(-np.multiply.outer(rain[:, -1], rain_ratio))
+        seen = seen[:, 0] + self._disc(ways, sun) * _half(ways)[:, 0, None] * rain_left
+        if wet:
+            falls = ray_ends(height, rays.directions[:, 2])[1]
+            sharp = self._sharp(ways, edges, falls) * rain_left[falls]
+            mirrored = self._mirrored(ways, edges, falls, sun, through[falls], sharp)
+            seen[falls] += mirrored
+        return seen
 
-    def _beam(self, rays: Rays, chosen: Mask) -> Array:
-        """Share of light from above the air that arrives sharply along chosen rays (n, W); none
-        past the ground."""
-        height, altitude = float(rays.origin[2]), np.arcsin(np.clip(rays.directions[:, 2], -1, 1))
-        clear = altitude - horizon_rad(height)
-        arrives = np.zeros((len(altitude), len(self.air.albedo)))
-        free = chosen & (clear >= 0.0)
-        columns = shells_of(self.air).column_at(np.full(int(free.sum()), height), clear[free])
-        arrives[free] = np.exp(-columns.T @ self.air.beam)
-        return arrives
+    def _without_ground(self) -> Sky:
+        """The same over black."""
+        nothing = np.zeros_like(self.air.albedo)
+        return replace(self, air=self.air._replace(albedo=nothing, water=nothing))
+
+    def _gather(
+        self, ways: _Ways, edges: Array, rain: Array, rain_ratio: Array
+    ) -> tuple[Array, Array]:
+        return _gather_rays(
+            ways, edges, rain, rain_ratio, self.air, self.scattered, float(self.around.glows)
+        )
+
+    def _disc(self, ways: _Ways, sun: Sun) -> Array:
+        """Radiance of a sun's disc that arrives sharply along rays, per irradiance above the air
+        (n, W); none past the ground."""
+        apart = np.linalg.norm(ways.directions - ways.suns, axis=1)
+        clear = np.arcsin(np.clip(ways.directions[:, 2], -1, 1)) - horizon_rad(ways.height_m)
+        free = (apart < 2.0 * np.sin(0.5 * sun.disc_rad)) & (clear >= 0.0)
+        disc = np.zeros((len(clear), len(self.air.albedo)))
+        heights = np.full(int(free.sum()), ways.height_m)
+        columns = shells_of(self.air).column_at(heights, clear[free])
+        disc[free] = sun.disc_radiance * np.exp(-columns.T @ self.air.beam)
+        return disc
+
+    def _sharp(self, ways: _Ways, edges: Array, chosen: Mask) -> Array:
+        """Share of light from chosen rays' ends that arrives sharply through the air (m, W)."""
+        ends = np.linspace(0.0, 1.0, _PIECES + 1) ** 2 * edges[chosen, -1:]
+        level = np.hypot(*ways.directions[chosen, :2].T)[:, None]
+        start = EARTH_RADIUS_M + ways.height_m
+        up = start + ends * ways.directions[chosen, 2:]
+        height = np.maximum(np.hypot(up, ends * level) - EARTH_RADIUS_M, 0.0)
+        shells = shells_of(self.air)
+        amounts = shells.amounts(height[:, :-1], height[:, 1:], np.diff(ends, axis=1)).sum(axis=2)
+        return floats(np.exp(-amounts.T @ self.air.beam))
+
+    def _mirrored(
+        self, ways: _Ways, edges: Array, falls: Mask, sun: Sun, through: Array, sharp: Array
+    ) -> Array:
+        """What still water at the end of falling rays mirrors, as it arrives (m, W)."""
+        rays, suns = ways.directions[falls], ways.suns[falls]
+        up = rays * edges[falls, -1:]
+        up[:, 2] += EARTH_RADIUS_M + ways.height_m
+        up /= np.linalg.norm(up, axis=1, keepdims=True)
+        rise = -np.sum(rays * up, axis=1)
+        level = np.cross(up, rays)
+        size = np.linalg.norm(level, axis=1, keepdims=True)
+        level = np.where(size > 1e-9, level / np.maximum(size, 1e-300), [1.0, 0.0, 0.0])
+        # Axes at the water (m, 3, 3): along the rays, across them, up.
+        axes = np.stack([np.cross(level, up), level, up], axis=1)
+        mirrored = rays + 2.0 * rise[:, None] * up
+        mirrored, suns = (np.einsum("nij,nj->ni", axes, x) for x in (mirrored, suns))
+        # The coherency tensor along level, upright and both, in the axes at the water.
+        across = np.broadcast_to([0.0, 1.0, 0.0], mirrored.shape)
+        upright = np.cross(mirrored, across)
+        fields = [(across, across), (upright, upright), (across, upright), (upright, across)]
+        tensors = [a[:, :, None] * b[:, None, :] for a, b in fields]
+        probes = np.stack([*tensors[:2], 0.5 * (tensors[2] + tensors[3])], axis=1)
+        beyond = _Ways(0.0, np.ascontiguousarray(mirrored), np.ascontiguousarray(suns), probes)
+        end = ray_ends(0.0, mirrored[:, 2])[0]
+        pieces = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
+        dry = np.zeros(len(self.air.albedo))
+        light = self._without_ground()._gather(beyond, pieces, np.zeros(pieces.shape), dry)[0]
+        light *= through[:, None]
+        light[:, :2] += (0.5 * self._disc(beyond, sun) * sharp)[:, None]
+        first, second = reflected_amplitudes(self.air.water, np.clip(rise, 0.0, 1.0)[:, None])
+        # Seen along the ray, level and upright are those of the mirrored one.
+        probe, level = ways.probes[falls, 0], level[:, None, :]
+        upright = np.cross(rays[:, None, :], level)
+        ll, uu, lu = (
+            np.einsum("nai,nij,naj->na", a, probe, b)
+            for a, b in ((level, level), (upright, upright), (level, upright))
+        )
+        seen = ll * first**2 * light[:, 0] + uu * second**2 * light[:, 1]
+        return np.asarray(seen + 2.0 * lu * first * second * light[:, 2])
+
+
+class _Ways(NamedTuple):
+    """Rays from a height, and what is seen along them.
+
+    Attributes:
+        height_m: of their start above the ground.
+        directions: unit vectors, up is the vertical there (n, 3).
+        suns: towards the sun, in the same axes (n, 3).
+        probes: what of the light is seen (n, K, 3, 3).
+    """
+
+    height_m: float
+    directions: Array
+    suns: Array
+    probes: Array
+
+
+def _half(ways: _Ways) -> Array:
+    """What probes get of unpolarised light of radiance 1 (n, K)."""
+    rays, probes = ways.directions, ways.probes
+    along = np.einsum("ni,nkij,nj->nk", rays, probes, rays)
+    return np.asarray(0.5 * (np.einsum("nkii->nk", probes) - along))
 
 
 @compiled(parallel=True)
 def _gather_rays(
-    rays: Rays, edges: Array, rain: Array, rain_ratio: Array, sun: Array, air: Air,
-    scattered: Scattered, glow: float, probes: Array, disc: Array,
-) -> Array:  # fmt: skip
-    height, waves = rays.origin[2], air.depth.shape[1]
-    seen = np.zeros((len(edges), waves))
-    for n in prange(len(edges)):
-        ray = rays.directions[n]
-        out, through = np.zeros((1, waves)), np.zeros(waves)
-        path = Path(height, ray, edges[n], rain[n], rain_ratio)
-        gather_ray(path, sun, air, scattered, True, glow, probes[n : n + 1], out, through)
-        half = 0.5 * (probes[n, 0, 0] + probes[n, 1, 1] + probes[n, 2, 2])
-        half -= 0.5 * (ray @ probes[n] @ ray)
-        for w in range(waves):
-            seen[n, w] = out[0, w]
-            rain_left = np.exp(-rain[n, -1] * rain_ratio[w])
-            seen[n, w] += disc[n, w] * half * rain_left
-    return seen
+    ways: _Ways, edges: Array, rain: Array, rain_ratio: Array, air: Air, scattered: Scattered,
+    glow: float,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Give what probes get along rays (n, K, W), and the share of light from their ends that
+    arrives (n, W)."""
+    rays, probed, waves = len(edges), ways.probes.shape[1], air.depth.shape[1]
+    seen, passed = np.zeros((rays, probed, waves)), np.zeros((rays, waves))
+    for n in prange(rays):
+        path = Path(ways.height_m, ways.directions[n], edges[n], rain[n], rain_ratio)
+        gather_ray(
+            path, ways.suns[n], air, scattered, True, glow, ways.probes[n], seen[n], passed[n]
+        )
+    return seen, passed

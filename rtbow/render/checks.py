@@ -10,6 +10,7 @@ from rtbow.base.limits import LEAST_SHARE_OF_DISTANCE
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import check_sizes
 from rtbow.render.haze import check_haze
+from rtbow.world.sky import Surroundings
 from rtbow.world.world import World
 
 
@@ -20,14 +21,26 @@ def check_world(gl: GlContext, world: World) -> None:
         UnavailableError: too many pixels or grid points a side.
         UnsuitedError: the box is too thin for its distance, or in the ground.
     """
-    if world.around is not None and world.volume.box_m[0, 2] < 0.0:
-        raise UnsuitedError(
-            f"droplets.box_m begins {world.volume.box_m[0, 2]:g} m up, below what is around it: the"
-            " ground hides drops from --method reference alone; begin at 0 or higher"
-        )
+    if world.around is not None:
+        _check_ground(world, world.around)
     check_haze(world)
     check_sizes(gl, world.view.size_px, world.volume.shape)
     check_box(world)
+
+
+def _check_ground(world: World, around: Surroundings) -> None:
+    floor, ground = float(world.volume.box_m[0, 2]), around.ground_m
+    if floor < ground:
+        raise UnsuitedError(
+            f"droplets.box_m begins {floor:g} m up, below what is around it: the ground hides drops"
+            f" from --method reference alone; begin at {ground:g} or higher"
+        )
+    wet = around.ground is not None and around.ground.water
+    if wet and around.aerosol is not None and world.view.polarizer is not None:
+        raise UnsuitedError(
+            "haze that water mirrors is drawn without camera.polarizer_deg alone; leave out the"
+            " filter or the atmosphere.aerosol, or use --method reference"
+        )
 
 
 def check_box(world: World) -> None:

@@ -19,7 +19,7 @@ from rtbow.base.errors import UnsuitedError
 from rtbow.physics.air.rayleigh import horizon_rad
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 from rtbow.tables.sky.air import shells_of
-from rtbow.tables.sky.transport import Air
+from rtbow.tables.sky.light import Air
 from rtbow.world.lights import Sun
 from rtbow.world.steps import StepRates
 from rtbow.world.world import World
@@ -86,13 +86,17 @@ class SunHaze:
         assert self.world.haze is not None
         return self.world.haze.air(floats([_MIDDLE_NM]))
 
+    def _above_ground(self, height_m: Array) -> Array:
+        assert self.world.haze is not None
+        return self.world.haze.above_ground(height_m)
+
     def _sun_columns(self, height_m: Array) -> Array:
         clear = self.sun.altitude_rad - horizon_rad(height_m)
         return shells_of(self._air).column_at(height_m, clear)
 
     @cached_property
     def _drop_heights(self) -> Array:
-        low, high = np.maximum(self.world.volume.box_m[:, 2], 0.0)
+        low, high = self._above_ground(self.world.volume.box_m[:, 2])
         return np.linspace(low, high, _PLACES)
 
     @property
@@ -117,7 +121,8 @@ class SunHaze:
     def top_m(self) -> float:
         """Height up to which depths are kept."""
         world = self.world
-        return max(float(world.volume.box_m[1, 2]), float(world.view.eye_m[2]), 1.0)
+        box, eye = world.volume.box_m, world.view.eye_m
+        return max(float(self._above_ground(floats([box[1, 2], eye[2]])).max()), 1.0)
 
     @cached_property
     def depths(self) -> Array:
@@ -148,8 +153,8 @@ class SunHaze:
         sides = [np.linspace(low[axis], high[axis], _PLACES) for axis in range(3)]
         places = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 3)
         eye = self.world.view.eye_m
-        height = np.maximum(places[:, 2], 0.0)
-        level = np.full(len(height), max(float(eye[2]), 0.0))
+        height = self._above_ground(places[:, 2])
+        level = np.full(len(height), self._above_ground(eye)[2])
         length = np.linalg.norm(places - eye, axis=1)
         to_eye = shells_of(self._air).amounts(level, height, length)[-1] * self._air.beam[-1, 0]
         to_sun = np.interp(height, np.linspace(0.0, self.top_m, _HEIGHTS), self.depths[:, 0])
@@ -194,7 +199,7 @@ class SunHaze:
         """Give the uniforms that ``air/haze.glsl`` reads of it."""
         return {
             "haze.perHeight": 1.0 / self.top_m,
-            "haze.eyeHeight": max(float(self.world.view.eye_m[2]), 0.0),
+            "haze.eyeHeight": float(self._above_ground(self.world.view.eye_m)[2]),
         }
 
 

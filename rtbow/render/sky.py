@@ -27,6 +27,7 @@ from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
 from rtbow.tables.sky.field import FIELD_NM, between_field_nm
 from rtbow.tables.sky.seen import FALLING, RISING, Eye, SkyTable, sky_table
 from rtbow.world.lights import Sun
+from rtbow.world.sky import Surroundings
 from rtbow.world.steps import StepRates
 from rtbow.world.world import World
 
@@ -98,11 +99,11 @@ class _Around:
         kept = {sun.key: sun for sun in self._suns}
         made = []
         for sun in world.optics.suns:
-            eye, colours = _eye(world, sun), _colours(sun)
+            eye, (colours, ground) = _eye(world, sun), _colours(world.around, sun)
             key = (eye.height_m, eye.sun_altitude_rad, *eye.distances_m, colours.tobytes())
             if key not in kept:
-                air = world.around.air(FIELD_NM)
-                table = sky_table(air, self._field, float(world.around.glows), eye, colours)
+                air, glow = world.around.air(FIELD_NM), float(world.around.glows)
+                table = sky_table(air, self._field, glow, eye, colours, ground)
                 kept[key] = _SkyOf(key, table, _textures(self._gl, table, world))
             made.append(kept[key])
         self._suns, self._world = tuple(made), world
@@ -160,15 +161,20 @@ def _eye(world: World, sun: Sun) -> Eye:
         farthest = float(np.linalg.norm(corners))
         distances = farthest * np.linspace(0.0, 1.0, _LAYERS) ** 2
     polarised = world.view.polarizer is not None
-    return Eye(float(eye[2]), sun.altitude_rad, distances, polarised)
+    assert world.around is not None
+    height = float(world.around.above_ground(eye)[2])
+    return Eye(height, sun.altitude_rad, distances, polarised)
 
 
-def _colours(sun: Sun) -> Array:
+def _colours(around: Surroundings, sun: Sun) -> tuple[Array, Array]:
     """What a radiance per irradiance at each of ``FIELD_NM`` counts for in R, G and B (W, 3): that
-    of cubics through them, under the sun's spectrum at 1 nm."""
+    of cubics through them, under the sun's spectrum at 1 nm; and what one that the ground sends
+    back does, whose albedo may have edges between them."""
     bins = wavelength_bins(1.0)
     xyz = colour_weights(sun.spectrum, bins)
-    return xyz_to_rgb(between_field_nm(bins.wavelength_nm).T @ xyz)
+    shares = between_field_nm(bins.wavelength_nm).T
+    sent = around.ground_light(bins.wavelength_nm)[:, None] * xyz
+    return xyz_to_rgb(shares @ xyz), xyz_to_rgb(shares @ sent)
 
 
 def _textures(gl: GlContext, table: SkyTable, world: World) -> dict[str, Texture]:
@@ -180,6 +186,11 @@ def _textures(gl: GlContext, table: SkyTable, world: World) -> dict[str, Texture
     if table.glare is not None and table.phase is not None:
         textures["sky.glare"] = row_texture(gl, _stacked(table.glare[-1]))
         textures["sky.phase"] = row_texture(gl, table.phase.T[None])
+    if table.mirror is not None:
+        mirror = table.mirror
+        blocks = [mirror.sky] if mirror.glare is None else [mirror.sky, mirror.glare]
+        textures["sky.mirror"] = row_texture(gl, _stacked(np.concatenate(blocks)))
+        textures["sky.beyondMirror"] = row_texture(gl, mirror.beyond)
     if world.rain is not None:
         for name, part in (("sky.layers", table.layers), ("sky.glareLayers", table.glare)):
             if part is not None:
@@ -193,8 +204,11 @@ def _stacked(blocks: Float32) -> Float32:
 
 
 def _defines(world: World) -> dict[str, Define]:
+    assert world.around is not None
+    ground = world.around.ground
     return {
         **common_defines(world),
+        "WATER": ground is not None and ground.water,
         "SKY_RISING": RISING,
         "SKY_FALLING": FALLING,
         "SKY_STEPS": _STEPS,
@@ -212,6 +226,9 @@ def _sun_uniforms(world: World, sun: Sun, table: SkyTable) -> dict[str, Any]:
         "sky.disc": 2.0 * np.sin(0.5 * sun.disc_rad),
         "sky.brightness": sun.disc_radiance,
     }
+    eye = _eye(world, sun)
     if world.rain is not None:
-        uniforms["sky.farthest"] = float(_eye(world, sun).distances_m[-1])
+        uniforms["sky.farthest"] = float(eye.distances_m[-1])
+    if table.mirror is not None:
+        uniforms["sky.height"] = eye.height_m
     return uniforms

@@ -6,11 +6,14 @@ from typing import Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from rtbow.base.limits import MOST_AEROSOL_DEPTH
-from rtbow.scene.table import Table, refused, shown_as
+from rtbow.base.limits import GROUND_HEIGHTS_M, MOST_AEROSOL_DEPTH, PRESSURES_HPA
+from rtbow.physics.constants import SEA_LEVEL_HPA
+from rtbow.scene.table import Table, number, refused, shown_as
 
 FREE_AEROSOL = ("angstrom_exponent", "single_scattering_albedo", "asymmetry", "scale_height_m")
 """Keys of an aerosol that is no known mixture."""
+ALBEDOS = ("grass",)
+"""Grounds that are known by name."""
 
 
 class Aerosol(Table):
@@ -98,6 +101,16 @@ class Atmosphere(Table):
             "DU", "300 is usual: a low sun's sky is blue by it.", (0.0, 500.0)
         ),
     )
+    pressure_hpa: float = Field(
+        SEA_LEVEL_HPA,
+        ge=PRESSURES_HPA[0],
+        le=PRESSURES_HPA[1],
+        description="of the air at height 0, as a barometer there shows it: the molecules' depth is"
+        " in proportion",
+        json_schema_extra=shown_as(
+            "hPa", "Thin air of high places: a darker sky.", (500.0, 1050.0)
+        ),
+    )
     aerosol: Aerosol | None = Field(
         None,
         description="haze; left out: none",
@@ -120,14 +133,45 @@ class Atmosphere(Table):
 
 
 class Ground(Table):
-    """The ground, a sphere that touches height 0 below the eye; a scene without this table has
-    none."""
+    """The ground, an even sphere below the eye; a scene without this table has none."""
 
-    albedo: float = Field(
+    albedo: float | str = Field(
         0.2,
-        ge=0,
-        le=1,
-        description="share of the light that the ground sends back, evenly to all sides, at all "
-        "wavelengths",
-        json_schema_extra=shown_as("", "Snow has 0.8, sand 0.3, grass 0.05 to 0.2, water less."),
+        description="share of the light that the ground sends back, evenly to all sides: a number"
+        " 0..1, grass, or a file of wavelengths and values over 380-780 nm, such as soil.csv",
+        json_schema_extra=shown_as(
+            "", "Snow has 0.8, sand 0.3, grass 0.03 to 0.09, bare soil 0.1.", (0.0, 1.0)
+        ),
     )
+    water: bool = Field(
+        False,
+        description="still water instead, which mirrors the sky and the suns",
+        json_schema_extra=shown_as("", "The sky stands on its head below the horizon."),
+    )
+    height_m: float = Field(
+        0.0,
+        ge=GROUND_HEIGHTS_M[0],
+        le=GROUND_HEIGHTS_M[1],
+        description="of the ground, above the height 0 of scene and air; the eye must be above it",
+        json_schema_extra=shown_as("m", "Plateaus, or the top of an even layer of cloud."),
+    )
+
+    @field_validator("albedo", mode="before")
+    @classmethod
+    def _share_or_spectrum(cls, albedo: object) -> object:
+        share = None if isinstance(albedo, bool) else number(albedo)
+        if share is not None and not 0.0 <= share <= 1.0:  # NaN, too
+            raise refused(_ALBEDO)
+        if share is None and not (isinstance(albedo, str) and albedo):
+            raise refused(_ALBEDO)
+        return albedo if share is None else share
+
+    @model_validator(mode="after")
+    def _water_has_its_own(self) -> Self:
+        if self.water and "albedo" in self.model_fields_set and self.albedo != _DRY:
+            raise refused("water mirrors by its refractive index; leave albedo out")
+        return self
+
+
+_DRY = Ground.model_fields["albedo"].default
+_ALBEDO = f"must be 0..1, {', '.join(ALBEDOS)}, or the name of a file"

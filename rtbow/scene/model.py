@@ -476,12 +476,13 @@ class Scene(Table):
     def _eye_in_the_air(self) -> Self:
         """Refuse an eye in the ground or above the air, where they are drawn."""
         height = self.camera.position_m[2]
-        if not self.has_surroundings or 0.0 <= height <= TOP_M:
+        lowest = 0.0 if self.ground is None else self.ground.height_m
+        if not self.has_surroundings or lowest <= height <= TOP_M + lowest:
             return self
         problem = InitErrorDetails(
             type=refused(
-                f"{height:g} m up; must be 0..{TOP_M:g} with atmosphere.sky or ground: above the"
-                " ground, and where air is taken to be"
+                f"{height:g} m up; must be {lowest:g}..{TOP_M + lowest:g} with atmosphere.sky or"
+                " ground: above the ground, and where air is taken to be"
             ),
             loc=("camera", "position_m"),
             input=list(self.camera.position_m),

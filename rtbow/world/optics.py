@@ -12,6 +12,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array
 from rtbow.physics.air.rayleigh import rayleigh_depth
+from rtbow.physics.constants import SEA_LEVEL_HPA
 from rtbow.physics.drop.airy import Bow, bows
 from rtbow.physics.light.spectrum import Bins, Spectrum, bin_means, colour_weights, wavelength_bins
 from rtbow.scene.model import Scene
@@ -25,7 +26,8 @@ class Optics:
     Attributes:
         bins: the W wavelengths and the bins around them.
         bows: the scene's bows; none where exact theory has its own.
-        air_depth: vertical Rayleigh depth from sea level (W,), zeros without air.
+        air_depth: vertical Rayleigh depth from height 0 (W,), zeros without air.
+        pressure_hpa: of the air at height 0.
         suns: the lights at infinity.
         sun_weights: for each sun, (W, 3) in lm/m²: a radiance per irradiance [sr⁻¹] summed with
             them gives X, Y, Z, with Y in cd/m².
@@ -37,6 +39,7 @@ class Optics:
     bins: Bins
     bows: tuple[Bow, ...]
     air_depth: Array
+    pressure_hpa: float
     suns: tuple[Sun, ...]
     sun_weights: tuple[Array, ...]
     lamps: tuple[Lamp, ...]
@@ -84,10 +87,12 @@ def scene_optics(scene: Scene) -> Optics:
     index = scene.scattering.medium.index(nm)
     orders = scene.scattering.orders if scene.scattering.theory == "airy" else ()
     has_air = scene.atmosphere is not None and scene.atmosphere.rayleigh
+    pressure = SEA_LEVEL_HPA if scene.atmosphere is None else scene.atmosphere.pressure_hpa
     return Optics(
         bins=bins,
         bows=bows(orders, nm * 1e-9, index),
-        air_depth=rayleigh_depth(nm) if has_air else np.zeros_like(nm),
+        air_depth=rayleigh_depth(nm, pressure) if has_air else np.zeros_like(nm),
+        pressure_hpa=pressure,
         suns=suns(scene),
         sun_weights=(),
         lamps=lamps(scene),

@@ -10,11 +10,15 @@ from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.physics.air.aerosol import MIXTURES, AerosolOptics, free_optics, mixture_optics
 from rtbow.physics.air.ozone import ozone_depth
 from rtbow.physics.air.rayleigh import rayleigh_depth
+from rtbow.physics.constants import SCALE_HEIGHT_M
+from rtbow.physics.drop.water import relative_index
+from rtbow.physics.light.fresnel import diffuse_reflectance
 from rtbow.scene.air import Aerosol
 from rtbow.scene.model import Scene
 from rtbow.tables.sky.air import Haze, make_air
 from rtbow.tables.sky.field import FIELD_NM, between_field_nm, no_field, sky_field
-from rtbow.tables.sky.transport import Air, Scattered
+from rtbow.tables.sky.light import Air, Scattered
+from rtbow.world.measured.albedo import Albedo, load_albedo
 
 _CUSTOM = {
     "optical_depth_550": 0.15,
@@ -24,6 +28,26 @@ _CUSTOM = {
     "scale_height_m": 1200.0,
 }
 """Of a custom aerosol, what it does not give."""
+_WATER_C = 15.0
+"""Of a ground that is water: 20 degrees more change what it mirrors by 0.5 %."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What is below.
+
+    Attributes:
+        albedo: share of light that it sends back evenly; None of water, which mirrors.
+        height_m: above the height 0 of the scene.
+    """
+
+    albedo: Albedo | None
+    height_m: float
+
+    @property
+    def water(self) -> bool:
+        """Whether it is still water."""
+        return self.albedo is None
 
 
 @dataclass(frozen=True)
@@ -31,28 +55,54 @@ class Surroundings:
     """What is around the drops.
 
     Attributes:
-        has_air: whether there is air at all.
+        pressure_hpa: of the air at the scene's height 0; 0 where there is no air at all.
         glows: whether the air's own light is drawn.
-        albedo: of the ground; None where there is none, and what is below the horizon is black.
+        ground: the ground; None where there is none, and what is below the horizon is black.
         ozone_du: column of ozone, Dobson units.
         aerosol: the haze, or None.
     """
 
-    has_air: bool
+    pressure_hpa: float
     glows: bool
-    albedo: float | None
+    ground: Ground | None
     ozone_du: float
     aerosol: Aerosol | None
+
+    @property
+    def ground_m(self) -> float:
+        """Height of the ground; all shells of air begin there."""
+        return 0.0 if self.ground is None else self.ground.height_m
+
+    def above_ground(self, height_m: Array) -> Array:
+        """Give heights above the ground, where they are; m."""
+        return np.maximum(height_m - self.ground_m, 0.0)
 
     def air(self, wavelength_nm: Array) -> Air:
         """Give the air and the ground, black where there is none, at wavelengths (W,)."""
         nm = floats(wavelength_nm)
-        albedo = np.full(len(nm), self.albedo or 0.0)
-        if not self.has_air:
-            return make_air(np.zeros(len(nm)), albedo)
+        albedo, water = self._ground(nm)
+        if self.pressure_hpa == 0.0:
+            return make_air(np.zeros(len(nm)), albedo, water=water)
         ozone = ozone_depth(nm, self.ozone_du) if self.ozone_du else None
         haze = None if self.aerosol is None else haze_of(self.aerosol, nm)
-        return make_air(rayleigh_depth(nm), albedo, ozone, haze)
+        above = self.pressure_hpa * float(np.exp(-self.ground_m / SCALE_HEIGHT_M))
+        return make_air(rayleigh_depth(nm, above), albedo, ozone, haze, water)
+
+    def _ground(self, nm: Array) -> tuple[Array, Array | None]:
+        """Albedo and, of water, index."""
+        if self.ground is None:
+            return np.zeros(len(nm)), None
+        if self.ground.albedo is not None:
+            return self.ground.albedo.at(nm), None
+        index = relative_index(nm, _WATER_C)
+        return diffuse_reflectance(index), index
+
+    def ground_light(self, wavelength_nm: Array) -> Array:
+        """Give the ground's albedo at wavelengths (W,); 0 of water and of none."""
+        ground = self.ground
+        if ground is None or ground.albedo is None:
+            return np.zeros(len(wavelength_nm))
+        return ground.albedo.at(wavelength_nm)
 
     def field(self, progress: Progress = no_progress) -> Scattered:
         """Give what the air has scattered of a sun's light, at ``FIELD_NM``; nothing where it does
@@ -63,19 +113,30 @@ class Surroundings:
         """
         if not self.glows:
             return no_field(len(FIELD_NM), hazy=self.aerosol is not None)
-        return sky_field(self.air(FIELD_NM), progress)
+        air = self.air(FIELD_NM)
+        if self.ground is not None and self.ground.albedo is not None:
+            # Each stands for the wavelengths about it.
+            means = self.ground.albedo.means(FIELD_NM, float(FIELD_NM[1] - FIELD_NM[0]))
+            air = air._replace(albedo=means)
+        return sky_field(air, progress)
 
 
 def surroundings(scene: Scene) -> Surroundings | None:
-    """Give what a scene has around its drops; None if there is nothing."""
+    """Give what a scene has around its drops; None if there is nothing.
+
+    Raises:
+        InputError: the ground's albedo is unknown or unusable.
+    """
     if not scene.has_surroundings:
         return None
-    air, ground = scene.atmosphere, scene.ground
-    has_air = air is not None and air.rayleigh
-    albedo = None if ground is None else ground.albedo
+    air, ground = scene.atmosphere, None
+    if scene.ground is not None:
+        albedo = None if scene.ground.water else load_albedo(scene.ground.albedo)
+        ground = Ground(albedo, scene.ground.height_m)
     if air is None:
-        return Surroundings(False, False, albedo, 0.0, None)
-    return Surroundings(has_air, air.sky, albedo, air.ozone_du, air.aerosol)
+        return Surroundings(0.0, False, ground, 0.0, None)
+    pressure = air.pressure_hpa if air.rayleigh else 0.0
+    return Surroundings(pressure, air.sky, ground, air.ozone_du, air.aerosol)
 
 
 def haze_of(aerosol: Aerosol, wavelength_nm: Array) -> Haze:
@@ -100,7 +161,10 @@ def dimming_air(scene: Scene) -> Surroundings | None:
     air = scene.atmosphere
     if air is None or (air.aerosol is None and air.ozone_du == 0.0):
         return None
-    return Surroundings(air.rayleigh, False, None, air.ozone_du, air.aerosol)
+    pressure = air.pressure_hpa if air.rayleigh else 0.0
+    # Without its albedo, which dims nothing, but at its height.
+    ground = None if scene.ground is None else Ground(None, scene.ground.height_m)
+    return Surroundings(pressure, False, ground, air.ozone_du, air.aerosol)
 
 
 def surroundings_notes(scene: Scene) -> tuple[str, ...]:

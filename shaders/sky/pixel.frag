@@ -2,6 +2,7 @@
 #include "common/camera.glsl"
 #include "rain/droplets.glsl"
 #include "sky/table.glsl"
+#include "sky/water.glsl"
 
 // One pixel of what is around the drops under one sun, added to a frame of what they scatter: the
 // air before, within and behind the rain, the ground and the sun's disc, each behind what lies before
@@ -74,10 +75,14 @@ Through throughRain(SkyPlace at, Direction ray) {
 }
 #endif
 
-// `disc`: share of the pixel that the sun's disc fills.
-Tristimulus around(Direction ray, SkyPlace at, Number disc) {
+// `onward`: the ray's mirror at the water, if it falls on water; `disc`: share of the pixel that the
+// sun's disc fills, or its mirror image.
+Tristimulus around(Direction ray, SkyPlace at, Direction onward, Number disc) {
     Tristimulus light = skyWhole(camera, sky, at, ray);
     if (disc > 0.0 && !at.falls) light += disc * sunBeyond(sky, at);
+#if WATER
+    if (at.falls) light += mirroredLight(camera, sky, at, ray, onward, disc);
+#endif
 #if EXTINCTION
     Through rain = throughRain(at, ray);
     light = rain.light + rain.passed * (light - rain.air);
@@ -89,6 +94,11 @@ void main() {
     Direction ray = rayThrough(camera, gl_FragCoord.xy);
     Angle above = altitudeOf(ray) - sky.horizon;
     Number away = length(ray - sky.towards);
+    Direction onward = ray;
+#if WATER
+    if (above < 0.0) onward = mirrored(sky, ray);
+    Number beside = length(onward - sky.towards);
+#endif
 #if PIXEL_AREA
     Angle rise = abs(dFdx(above)) + abs(dFdy(above));
     Number turn = abs(dFdx(away)) + abs(dFdy(away));
@@ -100,16 +110,25 @@ void main() {
 #if POLARIZER
     disc *= 0.5;
 #endif
+    Number below = 0.0;
+#if WATER
+#if PIXEL_AREA
+    Number sweep = abs(dFdx(beside)) + abs(dFdy(beside));
+#else
+    const Number sweep = 0.0;
+#endif
+    if (sky.disc > 0.0) below = shareBefore(sky.disc - beside, sweep);
+#endif
     Number share = shareBefore(above, rise);
     Tristimulus light = vec3(0.0);
     // Of a pixel that the horizon crosses, the middle of either part.
     if (share > 0.0) {
         SkyPlace at = skyPlace(sky, ray, share < 1.0 ? 0.5 * share * rise : above, false);
-        light += share * around(ray, at, disc);
+        light += share * around(ray, at, ray, disc);
     }
     if (share < 1.0) {
         SkyPlace at = skyPlace(sky, ray, share > 0.0 ? 0.5 * (share - 1.0) * rise : above, true);
-        light += (1.0 - share) * around(ray, at, 0.0);
+        light += (1.0 - share) * around(ray, at, onward, below);
     }
     radiance = vec4(light, 1.0);
 }

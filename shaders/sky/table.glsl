@@ -23,6 +23,12 @@ struct Sky {
     vec2 azimuth;          // towards the sun's, unit vector east, north
     Direction towards;     // the sun
     Number disc;           // chord of the disc's radius; 0 where none is seen
+#if WATER
+    sampler2D mirror;      // what water mirrors of the sky, I (Q, U; with haze three parts of glare)
+                           // above each other
+    sampler2D beyondMirror; // share of the sun's light, by row below the horizon: I (Q, U)
+    Length height;         // of the eye above the water
+#endif
 };
 
 // A ray's place in the tables: column, and row from the horizon, 0..1 each.
@@ -40,6 +46,14 @@ Angle altitudeOf(Direction ray) {
     return atan(ray.z, length(ray.xy));
 }
 
+#if HAZE
+vec3 phaseParts(Sky sky, Direction ray) {
+    Number root = sqrt(angleBetween(ray, sky.towards) / PI);
+    vec2 size = vec2(textureSize(sky.phase, 0));
+    return textureLod(sky.phase, vec2(texelCentred(root, size.x), 0.5), 0.0).rgb;
+}
+#endif
+
 // `above`: the ray's altitude over the horizon, of which the side is taken as `falls` says.
 SkyPlace skyPlace(Sky sky, Direction ray, Angle above, bool falls) {
     vec2 level = vec2(dot(ray.xy, sky.azimuth), sky.azimuth.x * ray.y - sky.azimuth.y * ray.x);
@@ -52,9 +66,7 @@ SkyPlace skyPlace(Sky sky, Direction ray, Angle above, bool falls) {
     at.row = falls ? pow(share, 1.0 / 3.0) : sqrt(share);
     at.falls = falls;
 #if HAZE
-    Number root = sqrt(angleBetween(ray, sky.towards) / PI);
-    vec2 size = vec2(textureSize(sky.phase, 0));
-    at.phase = textureLod(sky.phase, vec2(texelCentred(root, size.x), 0.5), 0.0).rgb;
+    at.phase = phaseParts(sky, ray);
 #endif
     return at;
 }

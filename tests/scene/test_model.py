@@ -222,6 +222,7 @@ def test_every_field_says_what_it_is_in_which_unit(table, key, field):
         "mm": "mm",
         "kg": "g/kg",
         "du": "DU",
+        "hpa": "hPa",
     }
     per_length = {"lambda_per_mm": "1/mm"}
     assert unit == per_length.get(key, suffixes.get(key.rpartition("_")[2], ""))

@@ -16,7 +16,7 @@ import tomlkit
 from rtbow.base.limits import DEEPEST_AIR_M, INDICES
 from rtbow.base.resources import resource_dir
 from rtbow.scene.aim import LOOKED_AT
-from rtbow.scene.air import FREE_AEROSOL
+from rtbow.scene.air import ALBEDOS, FREE_AEROSOL
 from rtbow.scene.droplets import BY_PARTS
 from rtbow.scene.lights import FROM_TIME, LIT, MOON, TIME_AND_PLACE
 from rtbow.scene.radius import density_key
@@ -225,6 +225,7 @@ _SPECIAL: dict[str, Callable[[Rng], Any]] = {
     "droplets.radius.file": lambda rng: str(resource_dir("scenes") / "shower-sizes.csv"),
     "droplets.file": lambda rng: f"volume-{rng.integers(VOLUMES)}.npz",
     "droplets.grid": _grid,
+    "ground.albedo": lambda rng: _choice(rng, (0.0, 1.0, float(rng.uniform()), *ALBEDOS)),
     "light.0.time": lambda rng: str(_choice(rng, _TIMES)),
     "light.0.spectrum": lambda rng: str(_choice(rng, _SPECTRA)),
     "render.steps": _steps,
@@ -338,8 +339,15 @@ def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
     if haze.get("model") != "custom":
         for key in FREE_AEROSOL:
             haze.pop(key, None)
-    if "ground" in values and "position_m" in camera:
-        camera["position_m"][2] = abs(camera["position_m"][2])
+    if "ground" in values:
+        ground = values["ground"]
+        if ground.get("water"):
+            ground.pop("albedo", None)
+        if "position_m" not in camera:
+            ground.pop("height_m", None)
+        else:
+            height = ground.get("height_m", 0.0)
+            camera["position_m"][2] = height + abs(camera["position_m"][2] - height)
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, Values, floats
-from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
+from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M, SEA_LEVEL_HPA
 
 MAX_HEIGHT_M = 20_000.0
 """Top of the column texture; above it columns are scaled by exp(-h/H0), which is within 0.4 %
@@ -22,15 +22,19 @@ at 25 km for suns above 5 degrees."""
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(56)
 
 
-def rayleigh_depth(wavelength_nm: Array) -> Array:
-    """Give the vertical Rayleigh optical depth from sea level, same shape as the wavelengths.
+def rayleigh_depth(wavelength_nm: Array, pressure_hpa: float = SEA_LEVEL_HPA) -> Array:
+    """Give the vertical Rayleigh optical depth from height 0, same shape as the wavelengths.
+
+    Args:
+        wavelength_nm: wavelengths, nm.
+        pressure_hpa: of the air there; the depth is in proportion.
 
     Source: Bodhaine et al., J. Atmos. Oceanic Technol. 16, 1854 (1999), equation 30.
     """
     um2 = (np.asarray(wavelength_nm, dtype=np.float64) * 1e-3) ** 2
     above = 1.0455996 - 341.29061 / um2 - 0.90230850 * um2
     below = 1.0 + 0.0027059889 / um2 - 85.968563 * um2
-    return 0.0021520 * above / below
+    return 0.0021520 * above / below * (pressure_hpa / SEA_LEVEL_HPA)
 
 
 def horizon_rad(height_m: Values) -> Any:

@@ -9,6 +9,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.air.rayleigh import Column, rayleigh_depth
+from rtbow.physics.constants import SEA_LEVEL_HPA
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 
 MOST_OUTCOMES = 8
@@ -44,6 +45,7 @@ class LightBasis:
         measure: that weight (F,).
         luminance: of the light at fine wavelengths (F,).
         rain: whether the last weights are the rain's.
+        pressure_hpa: of the air at height 0.
     """
 
     wavelength_nm: Array
@@ -54,6 +56,7 @@ class LightBasis:
     measure: Array
     luminance: Array
     rain: bool
+    pressure_hpa: float
 
     def coefficients(self, columns: Array) -> Array:
         """Give the coefficients (K, B) of columns (K,)."""
@@ -73,7 +76,7 @@ def mean_column_error(basis: LightBasis, column: Column) -> float:
     range at most, times the variance of the depth per column over the spectrum of X, Y or Z.
     """
     coefficients = basis.coefficients(floats([column.middle]))[0]
-    tau = rayleigh_depth(basis.wavelength_nm)
+    tau = rayleigh_depth(basis.wavelength_nm, basis.pressure_hpa)
     weights = np.tensordot(coefficients, basis.weights[: len(coefficients)], axes=1)  # (W, 3)
     total = weights.sum(axis=0)
     share = weights / np.where(total > 0.0, total, 1.0)
@@ -86,6 +89,7 @@ def light_basis(
     step_nm: float,
     column: Column,
     rain_ratio: Callable[[Array], Array] | None = None,
+    pressure_hpa: float = SEA_LEVEL_HPA,
 ) -> LightBasis:
     """Choose a basis and weigh the spectrum with it.
 
@@ -94,11 +98,14 @@ def light_basis(
         step_nm: between the wavelengths of cross-sections.
         column: the columns that will be asked for; ``NO_AIR`` without air.
         rain_ratio: gives the rain's extinction at wavelengths (nm) over that of the weights.
+        pressure_hpa: of the air at height 0.
     """
     nodes = wavelength_bins(step_nm).wavelength_nm
     fine = wavelength_bins(min(_FINE_NM, step_nm))
     weights = colour_weights(spectrum, fine)  # (F, 3)
-    tau = rayleigh_depth(fine.wavelength_nm) if column.high > 0.0 else np.zeros(len(weights))
+    tau = np.zeros(len(weights))
+    if column.high > 0.0:
+        tau = rayleigh_depth(fine.wavelength_nm, pressure_hpa)
     # Each wavelength counts by its greatest share in X, Y or Z, and none is lost altogether.
     total = weights.sum(axis=0)
     measure = (weights / np.where(total > 0.0, total, 1.0)).max(axis=1) + 1e-6
@@ -121,7 +128,7 @@ def light_basis(
     hats = np.maximum(1.0 - np.abs(nodes[:, None] - fine.wavelength_nm) / step_nm, 0.0)
     return LightBasis(
         nodes, floats(np.stack([hats @ weighed for weighed in spectra])), column, tau, functions,
-        measure, weights[:, 1], rain_ratio is not None,
+        measure, weights[:, 1], rain_ratio is not None, pressure_hpa,
     )  # fmt: skip
 
 

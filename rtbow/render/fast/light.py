@@ -97,7 +97,8 @@ def plan_light(
     drops = Drops(world.scatterer, np.exp(plan.radii.fine), world.volume.sizes)
     if step_nm is None:
         step_nm = node_step_nm(plan.settings, blurred=not drops.on_device)
-    basis = light_basis(spectrum, step_nm, column, rain_colour(plan))
+    pressure = world.optics.pressure_hpa
+    basis = light_basis(spectrum, step_nm, column, rain_colour(plan), pressure)
     return LightPlan(
         drops, plan.radii, basis, chord, disc_rad, plan.components == 2, plan.settings.colour,
         levels,

@@ -143,6 +143,7 @@ class Node:
             int: "a whole number",
             bool: "true or false",
             str: "text in quotes",
+            float | str: "a number or text in quotes",
             dict[str, Any]: "a table of scene keys and values",
         }[self.annotation]
         return f"{word}, {self.allowed}" if self.range else word

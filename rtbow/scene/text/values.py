@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from rtbow.base.errors import InputError, cut
 from rtbow.base.files import absolute
 from rtbow.scene.aim import LOOKED_AT
+from rtbow.scene.air import ALBEDOS
 from rtbow.scene.lights import FROM_TIME, spectrum_file
 from rtbow.scene.model import Scene
 from rtbow.scene.text.errors import Problem, explain, line_text, problem_of
@@ -184,22 +185,26 @@ def _with_paths(
         _paths_in(right, change, "", folder)
 
 
+_HOLDS_PATHS = r"droplets(\.radius)?|light(\.[0-9]+)?|ground"
+"""Tables that name files."""
+
+
 def _paths_in(
     table: dict[str, Any], change: Callable[[str], str], place: str, folder: Path | None
 ) -> None:
     """Change paths in a table and those inside it; keys may be dotted, as in ``compare.right``."""
     for key, value in table.items():
         inner = f"{place}.{key}" if place else key
-        if isinstance(value, dict) and re.fullmatch(r"droplets(\.radius)?|light(\.[0-9]+)?", inner):
+        if isinstance(value, dict) and re.fullmatch(_HOLDS_PATHS, inner):
             _paths_in(value, change, inner, folder)
         elif isinstance(value, list) and inner == "light":
             for light in value:
                 if isinstance(light, dict):
                     _paths_in(light, change, "light.0", folder)
         elif isinstance(value, str) and value:
-            spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum", inner)
+            spectrum = re.fullmatch(r"light\.[0-9]+\.spectrum|ground\.albedo", inner)
             if inner in ("droplets.file", "droplets.radius.file") or (
-                spectrum and spectrum_file(value, folder)
+                spectrum and value not in ALBEDOS and spectrum_file(value, folder)
             ):
                 table[key] = change(value)
 

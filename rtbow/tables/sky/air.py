@@ -17,7 +17,7 @@ from rtbow.physics.air.shells import (
     molecular_shells,
     with_constituent,
 )
-from rtbow.tables.sky.transport import DEGREE, Air
+from rtbow.tables.sky.light import DEGREE, Air
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,9 @@ def _shells(ozone: bool, layer: tuple[float, float] | None) -> Shells:
 
 
 def make_air(
-    molecules: Array, albedo: Array, ozone: Array | None = None, haze: Haze | None = None
-) -> Air:
+    molecules: Array, albedo: Array, ozone: Array | None = None, haze: Haze | None = None,
+    water: Array | None = None,
+) -> Air:  # fmt: skip
     """Put air together, at W wavelengths.
 
     Args:
@@ -63,7 +64,9 @@ def make_air(
         albedo: of the ground (W,).
         ozone: vertical depth of the ozone (W,), if there is any.
         haze: the aerosol, if there is any.
+        water: refractive index of a ground that is water (W,), if it is.
     """
+    water = np.zeros(len(molecules)) if water is None else water
     layer = None if haze is None else (haze.scale_height_m, haze.top_m)
     shells, waves = _shells(ozone is not None, layer), len(molecules)
     depths = [molecules] if ozone is None else [molecules, ozone]
@@ -71,7 +74,7 @@ def make_air(
         zero, nothing = np.zeros(waves), np.zeros((DEGREE + 1, waves))
         return Air(
             shells.density, shells.below, shells.log_column, np.stack(depths), np.stack(depths),
-            albedo, False, zero, nothing, np.zeros((2, waves)),
+            albedo, water, False, zero, nothing, np.zeros((2, waves)),
         )  # fmt: skip
     optics = haze.optics
     moments = moments_of(optics.phase, DEGREE + 1)
@@ -84,6 +87,7 @@ def make_air(
         np.stack([*depths, optics.depth * kept]),
         np.stack([*depths, optics.depth]),
         albedo,
+        water,
         True,
         optics.scattering * (1.0 - forward) / kept,
         (moments[:-1] - forward) / (1.0 - forward),

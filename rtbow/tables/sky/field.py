@@ -25,14 +25,7 @@ from rtbow.base.cache import cached_arrays, source_digest
 from rtbow.base.limits import TOP_M
 from rtbow.physics.air.rayleigh import horizon_rad
 from rtbow.physics.constants import VISIBLE_NM
-from rtbow.tables.sky.transport import (
-    COMPONENTS,
-    DEGREE,
-    HARMONICS,
-    Air,
-    Scattered,
-    gather_nodes,
-)
+from rtbow.tables.sky.light import COMPONENTS, DEGREE, HARMONICS, Air, Scattered
 
 FIELD_NM = np.arange(VISIBLE_NM[0], VISIBLE_NM[1] + 1.0, 25.0)
 """Wavelengths of a field: cubics between them are within 1e-4 of a molecular sky."""
@@ -56,6 +49,12 @@ _USUAL_ORDERS, _MOST_ORDERS = 9, 200
 """Shown as the length of the work, and the most that are computed: clear air takes 6 over black
 ground and 9 over white."""
 
+_CODE = (
+    "base.limits", "physics.air.rayleigh", "physics.air.shells", "physics.constants",
+    "physics.light.fresnel", "tables.sky.field", "tables.sky.light", "tables.sky.transport",
+)  # fmt: skip
+"""What a field is computed with; what it is computed from is part of its key."""
+
 PROBES = np.zeros((COMPONENTS, 3, 3))
 PROBES[0, 0, 0] = PROBES[1, 1, 1] = PROBES[2, 2, 2] = 1.0
 PROBES[3, 0, 2] = PROBES[3, 2, 0] = 0.5
@@ -74,7 +73,7 @@ def sky_field(air: Air, progress: Progress = no_progress) -> Scattered:
         solved = _all_orders(air._replace(phase=_cut_phase(air)), empty, progress)
         return {"mean": solved.mean, "ground": solved.ground}
 
-    code = source_digest("base.limits", "physics.air", "physics.constants", "tables.sky")
+    code = source_digest(*_CODE)
     parts = (np.asarray(part) for part in air._replace(phase=air.albedo))  # which it is not of
     key = " ".join([code, *(f"{part.shape} {part.tobytes()!r}" for part in parts)])
     kept = cached_arrays("sky", key, build)
@@ -112,6 +111,9 @@ def field_at(field: Scattered, wavelength_nm: Array) -> Scattered:
 
 
 def _all_orders(air: Air, empty: Scattered, progress: Progress) -> Scattered:
+    # Imported here, with the compiler of the sums.
+    from rtbow.tables.sky.transport import gather_nodes
+
     sines, weights = _rays()
     azimuths = _HAZY_AZIMUTHS if air.hazy else _AZIMUTHS
     # chi_l of each harmonic; one for the components of A.

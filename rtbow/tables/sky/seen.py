@@ -16,9 +16,10 @@ from rtbow.base.arrays import Array, Float32, Indices, floats
 from rtbow.physics.air.rayleigh import horizon_rad
 from rtbow.physics.air.shells import ground_distance, top_distance
 from rtbow.physics.constants import EARTH_RADIUS_M
+from rtbow.physics.light.fresnel import reflected_amplitudes
 from rtbow.tables.sky.air import shells_of
 from rtbow.tables.sky.field import FIELD_NM
-from rtbow.tables.sky.transport import (
+from rtbow.tables.sky.light import (
     COMPONENTS,
     HARMONICS,
     SCATTERED,
@@ -55,9 +56,10 @@ class SkyTable(NamedTuple):
         phase: the parts of the phase function (PHASE_PARTS, angles), 1/sr, at angles from the sun
             that are even in their square root: within 1 % of it for continental aerosol, and 3 %
             for maritime, whose aureole is ten times as narrow.
-        ground: light of the ground that arrives (S, rows, columns, 3).
+        ground: light of the ground that arrives (S, rows, columns, 3); none of water.
         beyond: share of a light above the air that arrives, times its colour (RISING, 3).
         horizon_rad: altitude of the horizon, rad.
+        mirror: what water mirrors; None of other ground.
     """
 
     layers: Float32
@@ -66,6 +68,23 @@ class SkyTable(NamedTuple):
     ground: Float32
     beyond: Float32
     horizon_rad: float
+    mirror: Mirror | None
+
+
+class Mirror(NamedTuple):
+    """What still water shows along falling rays, as it arrives at the eye.
+
+    Attributes:
+        sky: (S, FALLING, columns, 3), without what aerosol makes of the sun's own light.
+        glare: that, over its phase function at the angle of the mirrored ray from the sun, I alone
+            (PHASE_PARTS, FALLING, columns, 3), as of :class:`SkyTable`.
+        beyond: share of an unpolarised light above the air that arrives sharply, times its colour
+            (S, FALLING, 3).
+    """
+
+    sky: Float32
+    glare: Float32 | None
+    beyond: Float32
 
 
 @dataclass(frozen=True)
@@ -93,7 +112,9 @@ def row_altitudes(horizon: float) -> Array:
     return np.concatenate([above, horizon - (0.5 * np.pi + horizon) * down])
 
 
-def sky_table(air: Air, field: Scattered, glow: float, eye: Eye, colours: Array) -> SkyTable:
+def sky_table(
+    air: Air, field: Scattered, glow: float, eye: Eye, colours: Array, ground: Array
+) -> SkyTable:
     """Sum a sky.
 
     Args:
@@ -103,28 +124,103 @@ def sky_table(air: Air, field: Scattered, glow: float, eye: Eye, colours: Array)
         eye: where from, and under what.
         colours: what a radiance per irradiance above the air counts for in each channel
             (W, 3).
+        ground: the same of an irradiance of the ground, whose albedo is in it (W, 3).
     """
-    rays = _Rays.of(air, eye)
-    places = _Places.of(eye, rays)
-    sunlight = _sunlight(air, eye, rays, places)  # (rows, pieces, columns, W)
-    by_molecules = glow * rays.arriving * rays.scattered
-    added = _from_molecules(field, eye, rays, places, sunlight, by_molecules, colours)
+    rays = _Rays.of(air, _from_eye(eye), eye.distances_m)
+    weights = _weights(air, glow, rays)
+    light = _light(air, field, eye, rays, polarised=eye.polarised)
+    added = np.asarray(np.matmul(light.molecules, _coloured(weights.molecules, colours)))
     glare = phase = None
-    if air.hazy:
-        by_haze = glow * rays.arriving * rays.hazed
-        added[0] += _from_haze(field, rays, places, by_haze, colours)
-        parts = np.stack([np.log(FIELD_NM / 550.0) ** k for k in range(PHASE_PARTS)])
-        single = [np.matmul(sunlight, _coloured(part * by_haze, colours)) for part in parts]
+    if light.haze is not None:
+        added[0] += np.matmul(light.haze, _coloured(weights.haze, colours))
+        single = [np.matmul(light.sun, _coloured(part * weights.haze, colours)) for part in _PARTS]
         glare = _at_layers(np.stack(single), rays)
-        phase = np.linalg.lstsq(parts.T, air.phase.T, rcond=None)[0].astype(np.float32)
+        phase = np.linalg.lstsq(_PARTS.T, air.phase.T, rcond=None)[0].astype(np.float32)
+    wet = bool(np.any(air.water > 0.0))
     return SkyTable(
         _at_layers(added, rays),
         glare,
         phase,
-        _ground_light(air, field, eye, rays, colours),
+        _ground_light(air, field, eye, rays, np.zeros_like(ground) if wet else ground),
         (rays.beam[:RISING] @ colours).astype(np.float32),
-        rays.horizon,
+        float(horizon_rad(eye.height_m)),
+        _mirror(air, field, glow, eye, rays, colours) if wet else None,
     )
+
+
+_PARTS = np.stack([np.log(FIELD_NM / 550.0) ** k for k in range(PHASE_PARTS)])
+
+
+class _Light(NamedTuple):
+    """What is there to be scattered into rays, at the middles of their pieces.
+
+    Attributes:
+        molecules: over their phase function's factor, all light (S, rows, pieces, columns, W).
+        haze: times its phase function, light that was scattered before (rows, pieces, columns, W);
+            None where there is none.
+        sun: its irradiance, of that above the air (rows, pieces, columns, W).
+    """
+
+    molecules: Float32
+    haze: Float32 | None
+    sun: Float32
+
+
+def _light(air: Air, field: Scattered, eye: Eye, rays: _Rays, *, polarised: bool) -> _Light:
+    places = _Places.of(eye, rays)
+    sun = _sunlight(air, eye, rays, places)
+    molecules = _for_molecules(field, places, polarised=polarised)
+    molecules += _single_phase(eye, rays, polarised=polarised) * sun
+    return _Light(molecules, _for_haze(field, places) if air.hazy else None, sun)
+
+
+class _Weights(NamedTuple):
+    """How much of that arrives, scattered by molecules and by aerosol (rows, pieces, W)."""
+
+    molecules: Array
+    haze: Array
+
+
+def _weights(air: Air, glow: float, rays: _Rays) -> _Weights:
+    arriving = glow * rays.arriving
+    return _Weights(SCATTERED * arriving * rays.scattered, arriving * rays.hazed)
+
+
+def _mirror(
+    air: Air, field: Scattered, glow: float, eye: Eye, rays: _Rays, colours: Array
+) -> Mirror:
+    """Sum what water mirrors at the end of the falling ones among rays."""
+    sine = rays.start.sine[RISING:]
+    _, turn_s, turn_c = _height(rays.start.height_m, sine, rays.edges[RISING:, -1])
+    # The falling rays' altitudes at the water, which the mirrored ones have above it.
+    rise = np.clip(-(turn_c * sine + turn_s * np.sqrt(1.0 - sine**2)), 1e-12, 1.0)
+    start = _Start(0.0, rise, turn_s, turn_c, top_distance(0.0, rise))
+    mirrored = _Rays.of(air, start, np.zeros(0))
+    across, within = reflected_amplitudes(air.water, rise[:, None])  # (FALLING, W)
+    both, less = 0.5 * (across**2 + within**2), 0.5 * (across**2 - within**2)
+    # I, Q and U after the mirror of those before it: both rays are in one upright plane.
+    none = np.zeros_like(both)
+    mueller = [[both, less, none], [less, both, none], [none, none, across * within]]
+    mueller = mueller[: 3 if eye.polarised else 1]
+    passed, beam = rays.through[RISING:], rays.beam[RISING:] * mirrored.beam
+    weights = _weights(air, glow, mirrored)
+    light = _light(air, field, eye, mirrored, polarised=True)
+
+    def summed(what: Float32, weight: Array, share: Array) -> Float32:
+        each = _coloured((share * passed)[:, None] * weight, colours)
+        return np.asarray(np.matmul(what, each).sum(axis=1))
+
+    sky = np.stack([
+        sum(summed(light.molecules[k], weights.molecules, row[k]) for k in range(3))
+        for row in mueller
+    ])  # fmt: skip
+    glare = None
+    if light.haze is not None:
+        for out, row in zip(sky, mueller, strict=True):
+            out += summed(light.haze, weights.haze, row[0])
+        glare = np.stack([summed(light.sun, part * weights.haze, both) for part in _PARTS])
+    beyond = np.stack([(row[0] * beam) @ colours for row in mueller])
+    return Mirror(sky.astype(np.float32), glare, beyond.astype(np.float32))
 
 
 def _coloured(weights: Array, colours: Array) -> Float32:
@@ -142,13 +238,50 @@ def _at_layers(added: Float32, rays: _Rays) -> Float32:
     return np.stack([*layers, summed[:, :, -1]])
 
 
-@dataclass(frozen=True)
-class _Rays:
-    """The rays of a table's rows, in pieces, in the vertical plane of each.
+class _Start(NamedTuple):
+    """Where rays start, each in the vertical plane of a row.
 
     Attributes:
-        horizon: altitude of the horizon, rad.
-        sine: of each ray's altitude (rows,).
+        height_m: above the ground.
+        sine: of their altitudes there (rows,).
+        turned_sine: of the angle by which the vertical there is turned from the eye's (rows,).
+        turned_cosine: of it.
+        end: distance at which they end (rows,), m.
+    """
+
+    height_m: float
+    sine: Array
+    turned_sine: Array
+    turned_cosine: Array
+    end: Array
+
+    def turned(self, sine: Array, cosine: Array) -> tuple[Array, Array]:
+        """Give sine and cosine of the whole angle from the eye's vertical, where that along the
+        rays is given so (rows, n)."""
+        first_s, first_c = self.turned_sine[:, None], self.turned_cosine[:, None]
+        return sine * first_c + cosine * first_s, cosine * first_c - sine * first_s
+
+
+def _from_eye(eye: Eye) -> _Start:
+    """The rays of a table's rows."""
+    altitude = row_altitudes(float(horizon_rad(eye.height_m)))
+    sine = np.sin(altitude)
+    falls = np.arange(len(altitude)) >= RISING
+    sine[falls] = np.minimum(sine[falls], -1e-12)  # from the ground itself, as well
+    end = np.where(
+        falls,
+        ground_distance(eye.height_m, np.where(falls, sine, -1.0)),
+        top_distance(eye.height_m, sine),
+    )
+    return _Start(eye.height_m, sine, np.zeros(len(sine)), np.ones(len(sine)), end)
+
+
+@dataclass(frozen=True)
+class _Rays:
+    """Rays in pieces, in the vertical plane of each.
+
+    Attributes:
+        start: where they start.
         edges: of the pieces (rows, S + 1), m.
         arriving: share of what a piece scatters per depth that arrives (rows, S, W).
         scattered: depth of the pieces by which molecules scatter (rows, S, W).
@@ -158,8 +291,7 @@ class _Rays:
         last_piece: the last piece up to each distance (D, rows).
     """
 
-    horizon: float
-    sine: Array
+    start: _Start
     edges: Array
     arriving: Array
     scattered: Array
@@ -169,21 +301,12 @@ class _Rays:
     last_piece: list[Indices]
 
     @classmethod
-    def of(cls, air: Air, eye: Eye) -> _Rays:
-        horizon = float(horizon_rad(eye.height_m))
-        altitude = row_altitudes(horizon)
-        sine = np.sin(altitude)
-        falls = np.arange(len(altitude)) >= RISING
-        sine[falls] = np.minimum(sine[falls], -1e-12)  # from the ground itself, as well
-        end = np.where(
-            falls,
-            ground_distance(eye.height_m, np.where(falls, sine, -1.0)),
-            top_distance(eye.height_m, sine),
-        )
-        dense = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
-        layers = np.minimum(eye.distances_m, end[:, None])
+    def of(cls, air: Air, start: _Start, distances_m: Array) -> _Rays:
+        end = start.end[:, None]
+        dense = end * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
+        layers = np.minimum(distances_m, end)
         edges = np.sort(np.concatenate([dense, layers], axis=1), axis=1)
-        height = _height(eye.height_m, sine[:, None], edges)[0]
+        height = _height(start.height_m, start.sine[:, None], edges)[0]
         shells = shells_of(air)
         amounts = shells.amounts(height[:, :-1], height[:, 1:], np.diff(edges, axis=1))
         each = np.einsum("cas,cw->casw", amounts, air.depth)
@@ -195,7 +318,7 @@ class _Rays:
         beam = np.exp(-amounts.sum(axis=2).T @ air.beam)
         last = [np.maximum((edges[:, 1:] <= at[:, None]).sum(axis=1) - 1, 0) for at in layers.T]
         hazed = air.scattering * each[-1]
-        return cls(horizon, sine, edges, arriving, each[0], hazed, through, beam, last)
+        return cls(start, edges, arriving, each[0], hazed, through, beam, last)
 
 
 def _height(start_m: float, sine: Array, distance: Array) -> tuple[Array, Array, Array]:
@@ -254,41 +377,32 @@ class _Places:
 
     @classmethod
     def of(cls, eye: Eye, rays: _Rays) -> _Places:
-        sine = rays.sine[:, None]
+        start, sine = rays.start, rays.start.sine[:, None]
         middle = 0.5 * (rays.edges[:, 1:] + rays.edges[:, :-1])
-        height, turn_s, turn_c = _height(eye.height_m, sine, middle)
-        suns = _Suns.of(eye, turn_s, turn_c)
+        height, turn_s, turn_c = _height(start.height_m, sine, middle)
+        suns = _Suns.of(eye, *start.turned(turn_s, turn_c))
         zenith = np.arccos(np.clip(suns.cosine, -1.0, 1.0))
         level = np.sqrt(1.0 - sine**2)
         cosine, side = sine * turn_c + level * turn_s, level * turn_c - sine * turn_s
         return cls(height, zenith, suns, cosine, side)
 
 
-def _from_molecules(
-    field: Scattered, eye: Eye, rays: _Rays, places: _Places, sunlight: Float32,
-    weights: Array, colours: Array,
-) -> Float32:  # fmt: skip
-    """What molecules make of all light, per piece (S, rows, pieces, columns, 3)."""
+def _for_molecules(field: Scattered, places: _Places, *, polarised: bool) -> Float32:
+    """What was scattered before, for molecules to scatter (S, rows, pieces, columns, W)."""
     stokes = _multiple_weights(places.suns, places.cosine, places.side)
-    stokes = stokes[: 3 if eye.polarised else 1]
-    light = np.stack(
-        [_multiple(field, places, slice(0, COMPONENTS), np.stack(part, axis=-1)) for part in stokes]
-    )
-    light += _single_phase(eye, rays.sine, polarised=eye.polarised) * sunlight
-    return np.asarray(np.matmul(light, _coloured(SCATTERED * weights, colours)))
+    parts = slice(0, COMPONENTS)
+    return np.stack([
+        _multiple(field, places, parts, np.stack(part, axis=-1))
+        for part in stokes[: 3 if polarised else 1]
+    ])  # fmt: skip
 
 
-def _from_haze(
-    field: Scattered, rays: _Rays, places: _Places, weights: Array, colours: Array
-) -> Float32:
-    """What aerosol makes of light that was scattered before, per piece (rows, pieces, columns,
-    3)."""
-    shape = (len(rays.sine), places.height.shape[1], AZIMUTHS)
-    harmonic = np.zeros((HARMONICS, *shape))
+def _for_haze(field: Scattered, places: _Places) -> Float32:
+    """What was scattered before, for aerosol to scatter (rows, pieces, columns, W)."""
+    harmonic = np.zeros((HARMONICS, *places.zenith.shape))
     harmonics(places.cosine[..., None], places.side[..., None], places.suns.along, harmonic)
     parts = slice(COMPONENTS, COMPONENTS + HARMONICS)
-    light = _multiple(field, places, parts, np.moveaxis(harmonic, 0, -1))
-    return np.asarray(np.matmul(light, _coloured(weights, colours)))
+    return _multiple(field, places, parts, np.moveaxis(harmonic, 0, -1))
 
 
 def _multiple_weights(suns: _Suns, cosine: Array, side: Array) -> list[list[Array]]:
@@ -337,16 +451,20 @@ def _between(nodes: Array, at: Array) -> tuple[Indices, Array]:
     return index, floats((inside - nodes[index]) / (nodes[index + 1] - nodes[index]))
 
 
-def _single_phase(eye: Eye, sine: Array, *, polarised: bool) -> Float32:
+def _single_phase(eye: Eye, rays: _Rays, *, polarised: bool) -> Float32:
     """I, Q and U of sunlight, of mean tensor (1 - s s) / 2, seen along rays (S, rows, 1, columns,
     1)."""
-    azimuth = np.linspace(0.0, np.pi, AZIMUTHS)
-    up, level = np.sin(eye.sun_altitude_rad), np.cos(eye.sun_altitude_rad)
-    sine = sine[:, None]
+    sine = rays.start.sine[:, None]
     cosine = np.sqrt(1.0 - sine**2)
+    azimuth = np.linspace(0.0, np.pi, AZIMUTHS)
+    level = np.cos(eye.sun_altitude_rad)
+    forward = level * np.cos(azimuth)
+    turn_s, turn_c = rays.start.turned_sine[:, None], rays.start.turned_cosine[:, None]
+    up = turn_c * np.sin(eye.sun_altitude_rad) + turn_s * forward
+    forward = turn_c * forward - turn_s * np.sin(eye.sun_altitude_rad)
     # The sun along the ray's horizontal, to the side of growing azimuth, and its upright.
     across = -level * np.sin(azimuth) * np.ones_like(sine)
-    upright = cosine * up - sine * level * np.cos(azimuth)
+    upright = cosine * up - sine * forward
     first, second = 0.5 * (1.0 - across**2), 0.5 * (1.0 - upright**2)
     parts = [first + second, first - second, -across * upright]
     chosen = np.stack(parts[: 3 if polarised else 1])
@@ -367,8 +485,10 @@ def _sunlight(air: Air, eye: Eye, rays: _Rays, places: _Places) -> Float32:
 def _lit_share(eye: Eye, rays: _Rays) -> Array:
     """Share of each piece that the sun reaches (rows, n, columns): its altitude above the horizon
     is taken to change evenly along a piece."""
-    height, turn_s, turn_c = _height(eye.height_m, rays.sine[:, None], rays.edges)
-    zenith = np.arccos(np.clip(_Suns.of(eye, turn_s, turn_c).cosine, -1.0, 1.0))
+    start = rays.start
+    height, turn_s, turn_c = _height(start.height_m, start.sine[:, None], rays.edges)
+    cosine = _Suns.of(eye, *start.turned(turn_s, turn_c)).cosine
+    zenith = np.arccos(np.clip(cosine, -1.0, 1.0))
     clear = 0.5 * np.pi - zenith - horizon_rad(height)[..., None]
     first, last = clear[:, :-1], clear[:, 1:]
     most, least = np.maximum(first, last), np.minimum(first, last)
@@ -376,13 +496,13 @@ def _lit_share(eye: Eye, rays: _Rays) -> Array:
     return np.where(least >= 0.0, 1.0, np.where(most <= 0.0, 0.0, crossing))
 
 
-def _ground_light(air: Air, field: Scattered, eye: Eye, rays: _Rays, colours: Array) -> Float32:
+def _ground_light(air: Air, field: Scattered, eye: Eye, rays: _Rays, ground: Array) -> Float32:
     """Light of the ground at the end of rays that meet it (S, rows, columns, 3), unpolarised."""
     stokes = 3 if eye.polarised else 1
     light = np.zeros((stokes, RISING + FALLING, AZIMUTHS, 3), dtype=np.float32)
     falling = slice(RISING, None)
     end = rays.edges[falling, -1:]
-    _, turn_s, turn_c = _height(eye.height_m, rays.sine[falling, None], end)
+    _, turn_s, turn_c = _height(eye.height_m, rays.start.sine[falling, None], end)
     cosine = _Suns.of(eye, turn_s, turn_c).cosine[:, 0]  # (FALLING, columns)
     zenith = np.arccos(np.clip(cosine, -1.0, 1.0))
     j, u = _between(field.zeniths_rad, zenith)
@@ -390,6 +510,5 @@ def _ground_light(air: Air, field: Scattered, eye: Eye, rays: _Rays, colours: Ar
     columns = shells_of(air).column_at(np.zeros_like(zenith), 0.5 * np.pi - zenith)
     direct = np.exp(-np.tensordot(columns, air.depth, (0, 0)))
     irradiance += np.maximum(cosine, 0.0)[..., None] * direct
-    seen = air.albedo / np.pi * irradiance * rays.through[falling, None, :]
-    light[0, falling] = seen @ colours
+    light[0, falling] = irradiance / np.pi * rays.through[falling, None, :] @ ground
     return light

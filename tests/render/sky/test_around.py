@@ -16,7 +16,18 @@ SCENE = {
     "render.wavelength_step_nm": 5.0, "atmosphere.rayleigh": True, "atmosphere.sky": True,
     "ground.albedo": 0.3,
 }  # fmt: skip
+WATER = {"ground.albedo": None, "ground.water": True, "camera.altitude_deg": -10.0}
+GLINT = {
+    **WATER, "camera.azimuth_deg": 160.0, "camera.altitude_deg": -20.0,
+    "light.0.angular_diameter_deg": 5.0,
+}  # fmt: skip
 TOWARDS = {"camera.azimuth_deg": 180.0, "light.0.angular_diameter_deg": 5.0}
+PLATEAU = {
+    "ground.height_m": 3000.0, "camera.position_m": [0.0, 0.0, 3001.6],
+    "droplets.box_m": [[-200.0, 50.0, 3000.0], [200.0, 400.0, 3300.0]],
+    "atmosphere.pressure_hpa": 990.0,
+}  # fmt: skip
+"""The ground, the eye and the drops of ``uniform`` three kilometres up."""
 
 
 def drawn(method, changes, name="uniform"):
@@ -41,7 +52,9 @@ HAZE = {
     {**HAZE, "camera.polarizer_deg": 40.0},
     {**HAZE, **TOWARDS, "light.0.altitude_deg": 8.0},
     {**HAZE, "atmosphere.sky": False, "ground.albedo": 0.8, "camera.altitude_deg": -20.0},
-], ids=["bow", "dim", "filter", "sun", "ground"])  # fmt: skip
+    {**HAZE, **GLINT},
+    {**HAZE, **PLATEAU},
+], ids=["bow", "dim", "filter", "sun", "ground", "glint", "plateau"])  # fmt: skip
 def test_hazy_frames_are_the_references(method, changes):
     if method == "fast":  # a low sun's haze is left to spectral
         changes = {**changes, "render.max_delta_e": 2.0}
@@ -85,8 +98,17 @@ def test_a_sun_whose_way_through_ozone_differs_is_left_to_the_reference(changes)
         {"camera.position_m": [0.0, 0.0, 10_000.0], "camera.altitude_deg": -5.0},
         {"atmosphere.sky": False},
         {"atmosphere.sky": False, "atmosphere.rayleigh": False},
+        {**WATER, "droplets.extinction": True},
+        {**WATER, "camera.polarizer_deg": 35.0, "camera.azimuth_deg": 110.0},
+        GLINT,
+        {**WATER, "camera.position_m": [0.0, 0.0, 4000.0], "light.0.altitude_deg": 4.0},
+        {"ground.albedo": "grass", "camera.altitude_deg": -15.0},
+        PLATEAU,
     ],
-    ids=["clear", "dim", "filter-dim", "filter", "sun", "sunset", "dusk", "high", "ground", "moon"],
+    ids=[
+        "clear", "dim", "filter-dim", "filter", "sun", "sunset", "dusk", "high", "ground", "moon",
+        "water-dim", "water-filter", "glint", "water-high", "grass", "plateau",
+    ],
 )  # fmt: skip
 def test_frames_are_the_references(method, changes):
     difference = frame_difference(xyz(drawn(method, changes)), xyz(drawn("reference", changes)))
@@ -130,6 +152,14 @@ def test_drops_below_the_ground_are_left_to_the_reference():
         renderer.render()
         assert renderer.method_used == "reference"
         assert "ground" in renderer.unsuited
+
+
+def test_haze_that_water_mirrors_through_a_filter_is_left_to_the_reference():
+    changes = {**WATER, **HAZE, "camera.polarizer_deg": 0.0}
+    with rtbow.Renderer(rtbow.load_scene("uniform", {**SCENE, **changes})) as renderer:
+        renderer.render()
+        assert renderer.method_used == "reference"
+        assert "polarizer" in renderer.unsuited
 
 
 def test_a_sky_without_a_sun_is_dark():

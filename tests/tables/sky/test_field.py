@@ -10,7 +10,8 @@ from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.tables.sky.air import make_air
 from rtbow.tables.sky.field import FIELD_NM, field_at, no_field, sky_field
-from rtbow.tables.sky.transport import Path, gather_ray, ray_end
+from rtbow.tables.sky.light import Path
+from rtbow.tables.sky.transport import gather_ray, ray_end
 from textbook import molecular_sky
 
 pytestmark = pytest.mark.slow

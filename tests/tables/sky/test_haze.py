@@ -9,7 +9,8 @@ from rtbow.physics.air.aerosol import AerosolOptics, free_optics
 from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.tables.sky.air import Haze, make_air
 from rtbow.tables.sky.field import no_field, sky_field
-from rtbow.tables.sky.transport import HARMONICS, Path, gather_ray, harmonics, ray_end
+from rtbow.tables.sky.light import HARMONICS, Path, harmonics
+from rtbow.tables.sky.transport import gather_ray, ray_end
 from textbook import hazy_sky
 
 pytestmark = pytest.mark.slow

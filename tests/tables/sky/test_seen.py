@@ -8,8 +8,9 @@ import pytest
 from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.tables.sky.air import make_air
 from rtbow.tables.sky.field import FIELD_NM, sky_field
+from rtbow.tables.sky.light import Path
 from rtbow.tables.sky.seen import AZIMUTHS, FALLING, RISING, Eye, row_altitudes, sky_table
-from rtbow.tables.sky.transport import Path, gather_ray, ray_end
+from rtbow.tables.sky.transport import gather_ray, ray_end
 
 pytestmark = pytest.mark.slow
 
@@ -50,7 +51,7 @@ def summed(field, height, sun, altitude, azimuth, until=np.inf):
 
 def table(field, height, sun_deg, distances=()):
     eye = Eye(height, np.radians(sun_deg), np.array(distances), polarised=True)
-    return sky_table(AIR, field, 1.0, eye, COLOURS)
+    return sky_table(AIR, field, 1.0, eye, COLOURS, AIR.albedo[:, None] * COLOURS)
 
 
 @pytest.mark.parametrize(
