@@ -107,7 +107,7 @@ def render(scene: Scene, method: str, backend: str = "auto") -> tuple[Array, flo
 
 def frames() -> None:
     """Print the shader's distance from the reference on the first scenes, on each backend."""
-    compare("default", "uniform", "shower")
+    compare("curtain", "uniform", "shower")
 
 
 def figures() -> None:

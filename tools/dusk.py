@@ -71,7 +71,7 @@ class Case:
         sun = {"light.0.altitude_deg": self.altitude_deg, "light.0.azimuth_deg": 180.0}
         picture = {"camera.size_px": list(self.size_px)}
         if self.rain in ("curtain", "shower"):
-            name = "default" if self.rain == "curtain" else self.rain
+            name = self.rain
             return load_scene(name, {**sun, **picture})
         height = 1000.0 * self.box_km
         near, far = 0.4 * height, 2.5 * height
@@ -239,7 +239,7 @@ def groups() -> list[tuple[str, list[Case]]]:
     ]  # fmt: skip
     for rain, said in (("dense", "even, with extinction"), ("mixture", "mixture of sizes")):
         found.append((f"{said}, 1.2 km high", [Case(a, rain=rain, size_px=_SMALL) for a in _GRID]))
-    for rain, scene in (("curtain", "default"), ("shower", "shower")):
+    for rain, scene in (("curtain", "curtain"), ("shower", "shower")):
         found.append((f"scene `{scene}`", [Case(a, rain=rain, size_px=_SMALL) for a in _GRID]))
     return found
 

@@ -105,8 +105,8 @@ def false_colours(viewer: Viewer, hands: Any) -> None:
 
 PICTURES: dict[str, tuple[str, Callable[[Viewer, Any], None]]] = {
     "window": ("shower", overview),
-    "circles": ("default", circles),
-    "spectrum": ("default", spectrum),
+    "circles": ("curtain", circles),
+    "spectrum": ("curtain", spectrum),
     "split": ("uniform", compared),
     "false-colours": ("shower", false_colours),
 }

@@ -114,7 +114,7 @@ def main() -> None:
     first = verbs.add_parser("start")
     first.add_argument("--runs", type=int, default=5)
     second = verbs.add_parser("moving")
-    second.add_argument("scene", nargs="?", default="default")
+    second.add_argument("scene", nargs="?", default="curtain")
     second.add_argument("--frames", type=int, default=2000)
     second.add_argument("--size", default="640x360")
     given = parser.parse_args()

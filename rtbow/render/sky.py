@@ -20,12 +20,14 @@ from rtbow.gl.program import (
     texture_bytes,
     volume_texture,
 )
-from rtbow.physics.light.colour import xyz_to_rgb
+from rtbow.physics.light.colour import LUMINANCE_WEIGHTS, xyz_to_rgb
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
+from rtbow.render.fast.nodes import Nodes, block_for
 from rtbow.render.method import Method, ShaderMethod
 from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
 from rtbow.tables.sky.field import FIELD_NM, between_field_nm
-from rtbow.tables.sky.seen import FALLING, RISING, Eye, SkyTable, sky_table
+from rtbow.tables.sky.rays import FALLING, RISING, Eye
+from rtbow.tables.sky.seen import SkyTable, sky_table
 from rtbow.world.lights import Sun
 from rtbow.world.sky import Surroundings
 from rtbow.world.steps import StepRates
@@ -39,6 +41,11 @@ _STEPS = 8
 _GRID_SAMPLES = 3
 """Of the rain within each, in a grid: 24 in all leave CIEDE2000 0.14 at the 99th percentile of
 ``shower``, 48 leave 0.03."""
+_MOST_PIXELS = 8
+"""Between nodes."""
+_ROUGH = 1e-2
+"""Of a block's luminance: where straight lines between its nodes seem to miss by more, its pixels
+are drawn one by one."""
 
 
 def with_surroundings(
@@ -64,9 +71,7 @@ class _Around:
         assert world.around is not None
         self._gl, self._method = gl, method
         self._field = world.around.field(building)
-        self._program = GlProgram(gl, "sky/pixel.frag", _defines(world))
-        if world.rain is not None and not world.volume.uniform:
-            self._program.volume("volume.moments", world.moments())
+        self._passes = _Passes(gl, world)
         self._suns: tuple[_SkyOf, ...] = ()
         self._take(world)
 
@@ -79,13 +84,15 @@ class _Around:
     def texture_bytes(self) -> int:
         """Memory of the textures."""
         own = [texture for sun in self._suns for texture in sun.textures.values()]
-        return self._method.texture_bytes + texture_bytes([*own, *self._program.textures.values()])
+        return self._method.texture_bytes + texture_bytes([*own, *self._passes.textures])
 
     def move(self, world: World) -> bool:
         """Take over another world (see :class:`rtbow.render.method.Method`)."""
         same = world.around == self._world.around and _defines(world) == _defines(self._world)
         if not same or not self._method.move(world):
             return False
+        if world.view.size_px != self._world.view.size_px:
+            self._passes = _Passes(self._gl, world)
         self._take(world)
         return True
 
@@ -111,21 +118,18 @@ class _Around:
     def draw(self, progress: Progress = no_progress, columns: slice = slice(None)) -> FrameTarget:
         """Draw the frame and wait until it is done."""
         target = self._method.draw(progress, columns)
-        world, program = self._world, self._program
+        world, passes = self._world, self._passes
         width, height = world.view.size_px
         left, right, _ = columns.indices(width)
-        frame = target.begin(clear=False)
-        frame.scissor = (left, 0, right - left, height)
-        no_rates = StepRates(np.zeros(3), 0.0)
-        set_uniforms(program, common_uniforms(world, world.volume.box_m, no_rates))
         for sun, sky in zip(world.optics.suns, self._suns, strict=True):
-            for name, texture in sky.textures.items():
-                program.bind(name, texture)
-            set_uniforms(program, _sun_uniforms(world, sun, sky.table))
-            program.use()
+            passes.take(world, sun, sky)
+            passes.gather()
+            frame = target.begin(clear=False)
+            frame.scissor = (left, 0, right - left, height)
             with added_up(self._gl):
-                program.draw()
+                passes.compose()
         self._gl.ctx.finish()
+        frame = target.begin(clear=False)
         frame.scissor = (0, 0, width, height)
         return target
 
@@ -136,6 +140,70 @@ class _Around:
             Linear Rec. 709 in cd/m², float32 (h, columns, 3), first row on top.
         """
         return self.draw(progress, columns).read(columns)
+
+
+class _Passes:
+    """The programs that draw the sky of one sun after another: at nodes some pixels apart, and at
+    pixels, which take it from there unless their block is rough.
+
+    Attributes:
+        textures: that are read, but those of a sun.
+    """
+
+    def __init__(self, gl: GlContext, world: World) -> None:
+        self._block = block_for(world.view, _MOST_PIXELS)
+        defines = {**_defines(world), "BLOCKS": self._block > 0}
+        self._pixel = GlProgram(gl, "sky/pixel.frag", defines)
+        self._programs = [self._pixel]
+        self.textures: list[Texture] = []
+        if self._block:
+            self._nodes = nodes = Nodes(gl, world.view.size_px, self._block, channels=4)
+            self._node = GlProgram(gl, "sky/node.frag", defines)
+            self._flags = GlProgram(gl, "fast/flags.frag", defines)
+            self._programs.append(self._node)
+            for program in (self._pixel, self._flags):
+                program.bind("nodes", nodes.values)
+            self._pixel.bind("flags", nodes.flags)
+            self._flags.set("tolerance.first", _ROUGH)
+            self._flags.set("tolerance.others", (_ROUGH, _ROUGH, _ROUGH))
+            for program in self._programs:
+                program.set("blockSize", float(self._block))
+            self.textures += [nodes.values, nodes.flags]
+        if world.rain is not None and not world.volume.uniform:
+            for program in self._programs:
+                program.volume("volume.moments", world.moments())
+                self.textures += program.textures.values()
+
+    def take(self, world: World, sun: Sun, sky: _SkyOf) -> None:
+        """Take over a world and one of its suns."""
+        no_rates = StepRates(np.zeros(3), 0.0)
+        uniforms = {
+            **common_uniforms(world, world.volume.box_m, no_rates),
+            **_sun_uniforms(world, sun, sky.table),
+        }
+        for program in self._programs:
+            for name, texture in sky.textures.items():
+                program.bind(name, texture)
+            set_uniforms(program, uniforms)
+        if self._block:
+            beside = 2.0 * self._block * world.view.plane_pixel
+            near = 2.0 * np.sin(0.5 * sun.disc_rad) + beside if sun.disc_radiance > 0.0 else 0.0
+            self._node.set("nearSun", near)
+
+    def gather(self) -> None:
+        """Draw the nodes."""
+        if self._block:
+            for frame, program in (
+                (self._nodes.gathered, self._node), (self._nodes.flagged, self._flags),
+            ):  # fmt: skip
+                frame.use()
+                program.use()
+                program.draw()
+
+    def compose(self) -> None:
+        """Draw the pixels into the frame that is bound."""
+        self._pixel.use()
+        self._pixel.draw()
 
 
 @dataclass(frozen=True)
@@ -209,6 +277,9 @@ def _defines(world: World) -> dict[str, Define]:
     return {
         **common_defines(world),
         "WATER": ground is not None and ground.water,
+        "LUMINANCE": f"vec3({', '.join(f'{weight:.9f}' for weight in LUMINANCE_WEIGHTS)})",
+        "PARTS": True,
+        "SEVERAL_RADII": False,
         "SKY_RISING": RISING,
         "SKY_FALLING": FALLING,
         "SKY_STEPS": _STEPS,

@@ -1,27 +1,13 @@
-#include "common/box.glsl"
-#include "common/camera.glsl"
-#include "rain/droplets.glsl"
-#include "sky/table.glsl"
-#include "sky/water.glsl"
+#include "common/colour.glsl"
+#include "fast/blocks.glsl"
+#include "sky/along.glsl"
 
-// One pixel of what is around the drops under one sun, added to a frame of what they scatter: the
-// air before, within and behind the rain, the ground and the sun's disc, each behind what lies before
-// it: linear Rec. 709 in cd/m².
+// One pixel of what is around the drops under one sun, added to a frame of what they scatter.
 
-uniform Camera camera;
-uniform Sky sky;
-#if EXTINCTION
-// The rain that dims, relative to the eye.
-struct Volume {
-    Position low;
-    Position high;
-#if GRID
-    sampler3D moments;
-#else
-    Number extinction;     // 1/m
-#endif
-};
-uniform Volume volume;
+#if BLOCKS
+uniform float blockSize;            // pixels between nodes
+uniform sampler2D nodes;
+uniform sampler2D flags;
 #endif
 
 out vec4 radiance;
@@ -32,65 +18,14 @@ Number shareBefore(Number ahead, Number change) {
     return change > 0.0 ? clamp(ahead / change + 0.5, 0.0, 1.0) : float(ahead >= 0.0);
 }
 
-#if EXTINCTION
-Number extinctionAt(Position at) {
-#if GRID
-    return sampleDroplets(volume.moments, (at - volume.low) / (volume.high - volume.low)).extinction;
-#else
-    return volume.extinction;
-#endif
-}
-
-struct Through {
-    Tristimulus light;     // of the air before and within the rain
-    Number passed;         // share of light from behind that passes the rain
-    Tristimulus air;       // of the air up to the rain's end, were there no rain
-};
-
-// Along a ray: the air's light up to the end of each step is looked up; what it adds over the step is
-// dimmed as the mean of the step's samples of the rain.
-Through throughRain(SkyPlace at, Direction ray) {
-    vec2 span = boxSpan(ray, volume.low, volume.high);
-    Through rain = Through(vec3(0.0), 1.0, vec3(0.0));
-    if (span.x >= span.y) return rain;
-    Number depth = 0.0;
-    Length step = (span.y - span.x) / float(SKY_STEPS * SKY_SAMPLES);
-    rain.air = skyUpTo(camera, sky, at, ray, span.x);
-    rain.light = rain.air;
-    Length distance = span.x;
-    for (int k = 0; k < SKY_STEPS; ++k) {
-        Number left = 0.0;
-        for (int j = 0; j < SKY_SAMPLES; ++j) {
-            Number thick = step * extinctionAt((distance + 0.5 * step) * ray);
-            left += exp(-depth) * meanDecay(thick);
-            depth += thick;
-            distance += step;
-        }
-        Tristimulus next = skyUpTo(camera, sky, at, ray, distance);
-        rain.light += left / float(SKY_SAMPLES) * (next - rain.air);
-        rain.air = next;
-    }
-    rain.passed = exp(-depth);
-    return rain;
-}
-#endif
-
-// `onward`: the ray's mirror at the water, if it falls on water; `disc`: share of the pixel that the
-// sun's disc fills, or its mirror image.
-Tristimulus around(Direction ray, SkyPlace at, Direction onward, Number disc) {
-    Tristimulus light = skyWhole(camera, sky, at, ray);
-    if (disc > 0.0 && !at.falls) light += disc * sunBeyond(sky, at);
-#if WATER
-    if (at.falls) light += mirroredLight(camera, sky, at, ray, onward, disc);
-#endif
-#if EXTINCTION
-    Through rain = throughRain(at, ray);
-    light = rain.light + rain.passed * (light - rain.air);
-#endif
-    return light;
-}
-
 void main() {
+#if BLOCKS
+    if (texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0).r < 0.5) {
+        vec2 place = nodePlace(gl_FragCoord.xy, blockSize, nodes);
+        radiance = vec4(fromNode(textureLod(nodes, place, 0.0)), 1.0);
+        return;
+    }
+#endif
     Direction ray = rayThrough(camera, gl_FragCoord.xy);
     Angle above = altitudeOf(ray) - sky.horizon;
     Number away = length(ray - sky.towards);

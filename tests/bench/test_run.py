@@ -123,18 +123,18 @@ def test_a_row_says_why_a_method_refused_its_scene(monkeypatch):
     right = Renderer.render
 
     def refuse(self, *args):
-        if self.scene.source_name == "default":
+        if self.scene.source_name == "curtain":
             raise InputError("not this one")
         return right(self, *args)
 
     monkeypatch.setattr(Renderer, "render", refuse)
-    first, second = run_bench(["default", "uniform"], replace(QUICK, error_pixels=10))
+    first, second = run_bench(["curtain", "uniform"], replace(QUICK, error_pixels=10))
     assert first.skipped == "not this one"
     assert first.times is first.memory is first.error is None
     assert first.machine.gl_renderer == second.machine.gl_renderer != ""
     assert second.skipped is None
     with pytest.raises(InputError, match="not this one"):
-        run_bench(["default"], QUICK)
+        run_bench(["curtain"], QUICK)
 
 
 def test_spectral_is_the_honest_one_unless_it_is_set():

@@ -118,10 +118,10 @@ def test_uniform_is_the_1_nm_references(backend, save_failure):
     assert np.percentile(deviation(frame, exact), 99) < 1.5e-3  # measured 8e-4
 
 
-def test_default_is_the_references(backend, save_failure):
-    scene = load_scene("default", {"camera.size_px": [48, 27], "render.wavelength_step_nm": 10.0})
+def test_curtain_is_the_references(backend, save_failure):
+    scene = load_scene("curtain", {"camera.size_px": [48, 27], "render.wavelength_step_nm": 10.0})
     frame, exact = render(scene, backend), reference(scene)
-    save_failure("default", frame, exact)
+    save_failure("curtain", frame, exact)
     error = deviation(frame, exact)
     assert np.percentile(error, 99) < 1e-3  # measured 8e-4
     assert error.max() < 2.5e-3  # measured 1.7e-3

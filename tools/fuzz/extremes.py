@@ -203,7 +203,8 @@ def _right(rng: Rng) -> dict[str, Any]:
         for table, key, _ in walk_fields()
         if (
             table.startswith(("camera", "atmosphere", "scattering", "render"))
-            and key not in ("look", *FREE_AEROSOL)
+            and table != "atmosphere.aerosol"  # whose sky would take minutes
+            and key != "look"
         )
         or key in ("spectrum", "extinction", "seed")
     ]
@@ -339,6 +340,11 @@ def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
     if haze.get("model") != "custom":
         for key in FREE_AEROSOL:
             haze.pop(key, None)
+    if air.get("sky") and "aerosol" in air:
+        # A field of hazy air takes minutes: one, which is kept, stands for all.
+        values["atmosphere"] = {"sky": True, "aerosol": {"model": "continental-clean"}}
+        if "ground" in values:
+            values["ground"] = {"albedo": 0.2}
     if "ground" in values:
         ground = values["ground"]
         if ground.get("water"):

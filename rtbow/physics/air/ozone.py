@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtbow.base.arrays import Array, Values, floats
+from rtbow.physics.curves import monotone_cubic
 
 _DEPTH_NM = (450.0, 500.0, 550.0, 575.0, 600.0, 625.0, 650.0, 700.0)
 _DEPTH = (0.0014, 0.0096, 0.0265, 0.0378, 0.0405, 0.0302, 0.0197, 0.0067)
@@ -28,11 +29,9 @@ def ozone_depth(wavelength_nm: Array, column_du: float) -> Array:
         wavelength_nm: wavelengths, nm.
         column_du: all of the ozone above a place, Dobson units.
     """
-    from scipy.interpolate import PchipInterpolator
-
     nm = np.concatenate([_ENDS_NM[:1], _DEPTH_NM, _ENDS_NM[1:]])
     depth = np.concatenate([[0.0], _DEPTH, [0.0]])
-    values = PchipInterpolator(nm, depth)(np.clip(wavelength_nm, *_ENDS_NM))
+    values = monotone_cubic(nm, depth, np.clip(wavelength_nm, *_ENDS_NM))
     return floats(column_du / _DEPTH_DU * values)
 
 

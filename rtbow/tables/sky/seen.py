@@ -7,15 +7,13 @@ Single scattering is that of each piece's middle, by the share of the piece that
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Indices, floats
 from rtbow.physics.air.rayleigh import horizon_rad
-from rtbow.physics.air.shells import ground_distance, top_distance
-from rtbow.physics.constants import EARTH_RADIUS_M
+from rtbow.physics.air.shells import top_distance
 from rtbow.physics.light.fresnel import reflected_amplitudes
 from rtbow.tables.sky.air import shells_of
 from rtbow.tables.sky.field import FIELD_NM
@@ -27,15 +25,22 @@ from rtbow.tables.sky.light import (
     Scattered,
     harmonics,
 )
+from rtbow.tables.sky.rays import (
+    AZIMUTHS,
+    FALLING,
+    RISING,
+    Eye,
+    Places,
+    RowRays,
+    Start,
+    Suns,
+    from_eye,
+    heights,
+    lit_share,
+)
 
-RISING, FALLING = 48, 32
-"""Rows above and below the horizon."""
-AZIMUTHS = 25
-"""Columns, from the sun's azimuth to the opposite one."""
 PHASE_PARTS = 3
 """Powers of the logarithm of the wavelength that an aerosol's phase function is taken as."""
-_PIECES = 56
-"""Of a ray through the air, beside those that end at a layer's distance."""
 
 
 class SkyTable(NamedTuple):
@@ -87,31 +92,6 @@ class Mirror(NamedTuple):
     beyond: Float32
 
 
-@dataclass(frozen=True)
-class Eye:
-    """Where from and under what a sky is seen.
-
-    Attributes:
-        height_m: of the eye.
-        sun_altitude_rad: of the sun there.
-        distances_m: up to which the air's light is told apart, ascending (D,).
-        polarised: whether all of I, Q and U are asked for; else I alone. Q is along the horizontal
-            less across it, U at 45 degrees from it towards the zenith.
-    """
-
-    height_m: float
-    sun_altitude_rad: float
-    distances_m: Array
-    polarised: bool
-
-
-def row_altitudes(horizon: float) -> Array:
-    """Give the altitudes of a table's rows (RISING + FALLING,), rad."""
-    up, down = np.linspace(0.0, 1.0, RISING) ** 2, np.linspace(0.0, 1.0, FALLING) ** 3
-    above = horizon + (0.5 * np.pi - horizon) * up
-    return np.concatenate([above, horizon - (0.5 * np.pi + horizon) * down])
-
-
 def sky_table(
     air: Air, field: Scattered, glow: float, eye: Eye, colours: Array, ground: Array
 ) -> SkyTable:
@@ -126,7 +106,7 @@ def sky_table(
             (W, 3).
         ground: the same of an irradiance of the ground, whose albedo is in it (W, 3).
     """
-    rays = _Rays.of(air, _from_eye(eye), eye.distances_m)
+    rays = RowRays.of(air, from_eye(eye), eye.distances_m)
     weights = _weights(air, glow, rays)
     light = _light(air, field, eye, rays, polarised=eye.polarised)
     added = np.asarray(np.matmul(light.molecules, _coloured(weights.molecules, colours)))
@@ -166,8 +146,8 @@ class _Light(NamedTuple):
     sun: Float32
 
 
-def _light(air: Air, field: Scattered, eye: Eye, rays: _Rays, *, polarised: bool) -> _Light:
-    places = _Places.of(eye, rays)
+def _light(air: Air, field: Scattered, eye: Eye, rays: RowRays, *, polarised: bool) -> _Light:
+    places = Places.of(eye, rays)
     sun = _sunlight(air, eye, rays, places)
     molecules = _for_molecules(field, places, polarised=polarised)
     molecules += _single_phase(eye, rays, polarised=polarised) * sun
@@ -181,21 +161,21 @@ class _Weights(NamedTuple):
     haze: Array
 
 
-def _weights(air: Air, glow: float, rays: _Rays) -> _Weights:
+def _weights(air: Air, glow: float, rays: RowRays) -> _Weights:
     arriving = glow * rays.arriving
     return _Weights(SCATTERED * arriving * rays.scattered, arriving * rays.hazed)
 
 
 def _mirror(
-    air: Air, field: Scattered, glow: float, eye: Eye, rays: _Rays, colours: Array
+    air: Air, field: Scattered, glow: float, eye: Eye, rays: RowRays, colours: Array
 ) -> Mirror:
     """Sum what water mirrors at the end of the falling ones among rays."""
     sine = rays.start.sine[RISING:]
-    _, turn_s, turn_c = _height(rays.start.height_m, sine, rays.edges[RISING:, -1])
+    _, turn_s, turn_c = heights(rays.start.height_m, sine, rays.edges[RISING:, -1])
     # The falling rays' altitudes at the water, which the mirrored ones have above it.
     rise = np.clip(-(turn_c * sine + turn_s * np.sqrt(1.0 - sine**2)), 1e-12, 1.0)
-    start = _Start(0.0, rise, turn_s, turn_c, top_distance(0.0, rise))
-    mirrored = _Rays.of(air, start, np.zeros(0))
+    start = Start(0.0, rise, turn_s, turn_c, top_distance(0.0, rise))
+    mirrored = RowRays.of(air, start, np.zeros(0))
     across, within = reflected_amplitudes(air.water, rise[:, None])  # (FALLING, W)
     both, less = 0.5 * (across**2 + within**2), 0.5 * (across**2 - within**2)
     # I, Q and U after the mirror of those before it: both rays are in one upright plane.
@@ -228,7 +208,7 @@ def _coloured(weights: Array, colours: Array) -> Float32:
     return (weights[..., None] * colours).astype(np.float32)
 
 
-def _at_layers(added: Float32, rays: _Rays) -> Float32:
+def _at_layers(added: Float32, rays: RowRays) -> Float32:
     """Sum what pieces add (S, rows, pieces, columns, 3) up to each layer's distance and in all."""
     summed = np.cumsum(added, axis=2, dtype=np.float32)
     layers = [
@@ -238,156 +218,7 @@ def _at_layers(added: Float32, rays: _Rays) -> Float32:
     return np.stack([*layers, summed[:, :, -1]])
 
 
-class _Start(NamedTuple):
-    """Where rays start, each in the vertical plane of a row.
-
-    Attributes:
-        height_m: above the ground.
-        sine: of their altitudes there (rows,).
-        turned_sine: of the angle by which the vertical there is turned from the eye's (rows,).
-        turned_cosine: of it.
-        end: distance at which they end (rows,), m.
-    """
-
-    height_m: float
-    sine: Array
-    turned_sine: Array
-    turned_cosine: Array
-    end: Array
-
-    def turned(self, sine: Array, cosine: Array) -> tuple[Array, Array]:
-        """Give sine and cosine of the whole angle from the eye's vertical, where that along the
-        rays is given so (rows, n)."""
-        first_s, first_c = self.turned_sine[:, None], self.turned_cosine[:, None]
-        return sine * first_c + cosine * first_s, cosine * first_c - sine * first_s
-
-
-def _from_eye(eye: Eye) -> _Start:
-    """The rays of a table's rows."""
-    altitude = row_altitudes(float(horizon_rad(eye.height_m)))
-    sine = np.sin(altitude)
-    falls = np.arange(len(altitude)) >= RISING
-    sine[falls] = np.minimum(sine[falls], -1e-12)  # from the ground itself, as well
-    end = np.where(
-        falls,
-        ground_distance(eye.height_m, np.where(falls, sine, -1.0)),
-        top_distance(eye.height_m, sine),
-    )
-    return _Start(eye.height_m, sine, np.zeros(len(sine)), np.ones(len(sine)), end)
-
-
-@dataclass(frozen=True)
-class _Rays:
-    """Rays in pieces, in the vertical plane of each.
-
-    Attributes:
-        start: where they start.
-        edges: of the pieces (rows, S + 1), m.
-        arriving: share of what a piece scatters per depth that arrives (rows, S, W).
-        scattered: depth of the pieces by which molecules scatter (rows, S, W).
-        hazed: the same of aerosol (rows, S, W).
-        through: share of light from the ray's end that arrives (rows, W).
-        beam: the same of what is seen sharply.
-        last_piece: the last piece up to each distance (D, rows).
-    """
-
-    start: _Start
-    edges: Array
-    arriving: Array
-    scattered: Array
-    hazed: Array
-    through: Array
-    beam: Array
-    last_piece: list[Indices]
-
-    @classmethod
-    def of(cls, air: Air, start: _Start, distances_m: Array) -> _Rays:
-        end = start.end[:, None]
-        dense = end * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
-        layers = np.minimum(distances_m, end)
-        edges = np.sort(np.concatenate([dense, layers], axis=1), axis=1)
-        height = _height(start.height_m, start.sine[:, None], edges)[0]
-        shells = shells_of(air)
-        amounts = shells.amounts(height[:, :-1], height[:, 1:], np.diff(edges, axis=1))
-        each = np.einsum("cas,cw->casw", amounts, air.depth)
-        thick = each.sum(axis=0)  # (rows, S, W)
-        before = np.cumsum(thick, axis=1) - thick
-        mean = np.where(thick > 0.0, -np.expm1(-thick) / np.maximum(thick, 1e-300), 1.0)
-        arriving = mean * np.exp(-before)
-        through = np.exp(-thick.sum(axis=1))
-        beam = np.exp(-amounts.sum(axis=2).T @ air.beam)
-        last = [np.maximum((edges[:, 1:] <= at[:, None]).sum(axis=1) - 1, 0) for at in layers.T]
-        hazed = air.scattering * each[-1]
-        return cls(start, edges, arriving, each[0], hazed, through, beam, last)
-
-
-def _height(start_m: float, sine: Array, distance: Array) -> tuple[Array, Array, Array]:
-    """Heights along rays, m, and sines and cosines of the angle that the vertical has turned."""
-    r0 = EARTH_RADIUS_M + start_m
-    up, along = r0 + distance * sine, distance * np.sqrt(1.0 - sine**2)
-    r = np.hypot(up, along)
-    rise = distance * (2.0 * r0 * sine + distance) / (r + r0)
-    return np.maximum(start_m + rise, 0.0), along / r, up / r
-
-
-@dataclass(frozen=True)
-class _Suns:
-    """The sun as places along rays have it, in their own frames (rows, n, columns).
-
-    Attributes:
-        cosine: of its zenith angle.
-        across: sine of the azimuth between ray and sun.
-        along: cosine of it.
-    """
-
-    cosine: Array
-    across: Array
-    along: Array
-
-    @classmethod
-    def of(cls, eye: Eye, sine: Array, cosine: Array) -> _Suns:
-        """Turn the vertical in the ray's plane by an angle (rows, n), given as sine and cosine."""
-        azimuth = np.linspace(0.0, np.pi, AZIMUTHS)
-        up, level = np.sin(eye.sun_altitude_rad), np.cos(eye.sun_altitude_rad)
-        turn_s, turn_c = sine[..., None], cosine[..., None]
-        forward, aside = level * np.cos(azimuth), level * np.sin(azimuth)
-        zenith = turn_c * up + turn_s * forward
-        along = turn_c * forward - turn_s * up
-        size = np.maximum(np.hypot(along, aside), 1e-12)
-        return cls(zenith, aside / size, along / size)
-
-
-@dataclass(frozen=True)
-class _Places:
-    """The middles of rays' pieces.
-
-    Attributes:
-        height: (rows, n), m.
-        zenith: angle of the sun from the zenith there (rows, n, columns), rad.
-        suns: the sun as it stands there.
-        cosine: of the ray's own zenith angle there (rows, n).
-        side: sine of it.
-    """
-
-    height: Array
-    zenith: Array
-    suns: _Suns
-    cosine: Array
-    side: Array
-
-    @classmethod
-    def of(cls, eye: Eye, rays: _Rays) -> _Places:
-        start, sine = rays.start, rays.start.sine[:, None]
-        middle = 0.5 * (rays.edges[:, 1:] + rays.edges[:, :-1])
-        height, turn_s, turn_c = _height(start.height_m, sine, middle)
-        suns = _Suns.of(eye, *start.turned(turn_s, turn_c))
-        zenith = np.arccos(np.clip(suns.cosine, -1.0, 1.0))
-        level = np.sqrt(1.0 - sine**2)
-        cosine, side = sine * turn_c + level * turn_s, level * turn_c - sine * turn_s
-        return cls(height, zenith, suns, cosine, side)
-
-
-def _for_molecules(field: Scattered, places: _Places, *, polarised: bool) -> Float32:
+def _for_molecules(field: Scattered, places: Places, *, polarised: bool) -> Float32:
     """What was scattered before, for molecules to scatter (S, rows, pieces, columns, W)."""
     stokes = _multiple_weights(places.suns, places.cosine, places.side)
     parts = slice(0, COMPONENTS)
@@ -397,7 +228,7 @@ def _for_molecules(field: Scattered, places: _Places, *, polarised: bool) -> Flo
     ])  # fmt: skip
 
 
-def _for_haze(field: Scattered, places: _Places) -> Float32:
+def _for_haze(field: Scattered, places: Places) -> Float32:
     """What was scattered before, for aerosol to scatter (rows, pieces, columns, W)."""
     harmonic = np.zeros((HARMONICS, *places.zenith.shape))
     harmonics(places.cosine[..., None], places.side[..., None], places.suns.along, harmonic)
@@ -405,7 +236,7 @@ def _for_haze(field: Scattered, places: _Places) -> Float32:
     return _multiple(field, places, parts, np.moveaxis(harmonic, 0, -1))
 
 
-def _multiple_weights(suns: _Suns, cosine: Array, side: Array) -> list[list[Array]]:
+def _multiple_weights(suns: Suns, cosine: Array, side: Array) -> list[list[Array]]:
     """What of the four components of A each of I, Q and U has along rays (rows, n, columns)."""
     u, v = cosine[..., None], side[..., None]
     c, s = suns.along, suns.across
@@ -420,7 +251,7 @@ def _multiple_weights(suns: _Suns, cosine: Array, side: Array) -> list[list[Arra
     ]
 
 
-def _multiple(field: Scattered, places: _Places, parts: slice, weights: Array) -> Float32:
+def _multiple(field: Scattered, places: Places, parts: slice, weights: Array) -> Float32:
     """Sum parts of what was scattered before by weights (rows, n, columns, parts), as it is at
     places: (rows, n, columns, W)."""
     i, v = _between(field.heights_m, places.height)
@@ -451,7 +282,7 @@ def _between(nodes: Array, at: Array) -> tuple[Indices, Array]:
     return index, floats((inside - nodes[index]) / (nodes[index + 1] - nodes[index]))
 
 
-def _single_phase(eye: Eye, rays: _Rays, *, polarised: bool) -> Float32:
+def _single_phase(eye: Eye, rays: RowRays, *, polarised: bool) -> Float32:
     """I, Q and U of sunlight, of mean tensor (1 - s s) / 2, seen along rays (S, rows, 1, columns,
     1)."""
     sine = rays.start.sine[:, None]
@@ -471,39 +302,25 @@ def _single_phase(eye: Eye, rays: _Rays, *, polarised: bool) -> Float32:
     return chosen[:, :, None, :, None].astype(np.float32)
 
 
-def _sunlight(air: Air, eye: Eye, rays: _Rays, places: _Places) -> Float32:
+def _sunlight(air: Air, eye: Eye, rays: RowRays, places: Places) -> Float32:
     """The sun's irradiance at pieces, of that above the air (rows, n, columns, W)."""
     height = places.height[..., None]
     clear = 0.5 * np.pi - places.zenith - horizon_rad(height)
     columns = shells_of(air).column_at(height, clear)
     depth = np.tensordot(columns.astype(np.float32), air.depth.astype(np.float32), (0, 0))
     sunlight = np.exp(-depth)
-    sunlight *= _lit_share(eye, rays).astype(np.float32)[..., None]
+    sunlight *= lit_share(eye, rays).astype(np.float32)[..., None]
     return sunlight
 
 
-def _lit_share(eye: Eye, rays: _Rays) -> Array:
-    """Share of each piece that the sun reaches (rows, n, columns): its altitude above the horizon
-    is taken to change evenly along a piece."""
-    start = rays.start
-    height, turn_s, turn_c = _height(start.height_m, start.sine[:, None], rays.edges)
-    cosine = _Suns.of(eye, *start.turned(turn_s, turn_c)).cosine
-    zenith = np.arccos(np.clip(cosine, -1.0, 1.0))
-    clear = 0.5 * np.pi - zenith - horizon_rad(height)[..., None]
-    first, last = clear[:, :-1], clear[:, 1:]
-    most, least = np.maximum(first, last), np.minimum(first, last)
-    crossing = most / np.where(most > least, most - least, 1.0)
-    return np.where(least >= 0.0, 1.0, np.where(most <= 0.0, 0.0, crossing))
-
-
-def _ground_light(air: Air, field: Scattered, eye: Eye, rays: _Rays, ground: Array) -> Float32:
+def _ground_light(air: Air, field: Scattered, eye: Eye, rays: RowRays, ground: Array) -> Float32:
     """Light of the ground at the end of rays that meet it (S, rows, columns, 3), unpolarised."""
     stokes = 3 if eye.polarised else 1
     light = np.zeros((stokes, RISING + FALLING, AZIMUTHS, 3), dtype=np.float32)
     falling = slice(RISING, None)
     end = rays.edges[falling, -1:]
-    _, turn_s, turn_c = _height(eye.height_m, rays.start.sine[falling, None], end)
-    cosine = _Suns.of(eye, turn_s, turn_c).cosine[:, 0]  # (FALLING, columns)
+    _, turn_s, turn_c = heights(eye.height_m, rays.start.sine[falling, None], end)
+    cosine = Suns.of(eye, turn_s, turn_c).cosine[:, 0]  # (FALLING, columns)
     zenith = np.arccos(np.clip(cosine, -1.0, 1.0))
     j, u = _between(field.zeniths_rad, zenith)
     irradiance = (1.0 - u)[..., None] * field.ground[j] + u[..., None] * field.ground[j + 1]

@@ -128,7 +128,7 @@ def test_the_red_edge_of_large_drops_is_that_of_geometric_optics():
 def test_a_frame_on_file_finds_its_scene(tmp_path):
     """By its text with what was set, its name and the files beside that."""
     changes = {key: value for key, value in RINGS.items() if key.startswith("camera")}
-    scene = rtbow.load_scene("default", {**changes, "camera.azimuth_deg": 3.0})
+    scene = rtbow.load_scene("curtain", {**changes, "camera.azimuth_deg": 3.0})
     frame = rings(scene, (41.6, 0.8, 1.0))
     path = str(tmp_path / "bow.exr")
     write_frame(path, frame, frame_metadata(scene, "rtbow", "fast", "none"), 12.5)

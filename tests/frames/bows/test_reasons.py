@@ -26,7 +26,7 @@ def said(name, changes, light=1.0):
     )
 
 
-@pytest.mark.parametrize("name", ["uniform", "default", "street-lamp", "two-lamps", "fogbow"])
+@pytest.mark.parametrize("name", ["uniform", "curtain", "street-lamp", "two-lamps", "fogbow"])
 def test_nothing_is_said_where_a_bow_shows(name):
     assert said(name, {}) == ()
 

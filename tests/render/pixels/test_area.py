@@ -35,7 +35,7 @@ def delta_e(rgb, truth):
     [
         ("uniform", "fast", [96, 54], WIDE),
         ("uniform", "spectral", [32, 18], {**DROPS, "camera.fov_deg": 30.0}),
-        ("default", "fast", [96, 54], {}),
+        ("curtain", "fast", [96, 54], {}),
         ("two-lamps", "fast", [96, 54], LAMP),
     ],
 )
@@ -66,13 +66,13 @@ DIMMING = {**DROPS, "camera.fov_deg": 60.0, "droplets.extinction": True,
         ("uniform", "spectral", GAMMA),
         ("uniform", "fast", DIMMING),
         ("uniform", "spectral", DIMMING),
-        ("default", "spectral", {"render.wavelength_step_nm": 4.0}),
+        ("curtain", "spectral", {"render.wavelength_step_nm": 4.0}),
         ("two-lamps", "spectral", LAMP),
     ],
 )
 def test_whatever_a_scene_holds(name, method, changes):
     """Mixtures, rain that dims, grids, lamps."""
-    size = [64, 36] if name == "default" else [48, 27]
+    size = [64, 36] if name == "curtain" else [48, 27]
     truth = mean_of_finer(name, size, changes, 12)
     error = delta_e(frame(name, size, method, "area", changes), truth)
     assert error.p99 < 0.7

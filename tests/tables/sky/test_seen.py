@@ -9,7 +9,8 @@ from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.tables.sky.air import make_air
 from rtbow.tables.sky.field import FIELD_NM, sky_field
 from rtbow.tables.sky.light import Path
-from rtbow.tables.sky.seen import AZIMUTHS, FALLING, RISING, Eye, row_altitudes, sky_table
+from rtbow.tables.sky.rays import AZIMUTHS, FALLING, RISING, Eye, row_altitudes
+from rtbow.tables.sky.seen import sky_table
 from rtbow.tables.sky.transport import gather_ray, ray_end
 
 pytestmark = pytest.mark.slow

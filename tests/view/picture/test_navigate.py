@@ -160,7 +160,7 @@ def test_towards_the_zenith_keeps_the_azimuth():
 
 def test_antisolar_of_a_sun():
     # default.toml: the sun in the south at 20 degrees.
-    np.testing.assert_allclose(navigate.antisolar(load_scene("default")), unit(0.0, -20.0))
+    np.testing.assert_allclose(navigate.antisolar(load_scene("curtain")), unit(0.0, -20.0))
 
 
 def test_antisolar_of_a_lamp():
@@ -175,8 +175,8 @@ def test_antisolar_of_an_eye_in_its_lamp():
 
 
 def test_the_sun_comes_before_lamps():
-    lights = [load_scene("street-lamp").light[0], load_scene("default").light[0]]
-    scene = load_scene("default").model_copy(update={"light": tuple(lights)})
+    lights = [load_scene("street-lamp").light[0], load_scene("curtain").light[0]]
+    scene = load_scene("curtain").model_copy(update={"light": tuple(lights)})
     np.testing.assert_allclose(navigate.antisolar(scene), unit(0.0, -20.0))
 
 

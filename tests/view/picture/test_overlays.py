@@ -38,7 +38,7 @@ def angle_deg(a, b):
 )
 @pytest.mark.parametrize("reflections", [1, 2, 3])
 def test_descartes_angles(nm, index, reflections):
-    scene, _ = shown("default")
+    scene, _ = shown("curtain")
     turn = np.degrees(stationary_ray(index, reflections)[1]) % 360.0
     expected = min(turn, 360.0 - turn)
     # Worst 0.009: the handbook's last digit of the index is 0.001.
@@ -46,13 +46,13 @@ def test_descartes_angles(nm, index, reflections):
 
 
 def test_warm_water_widens_the_bow():
-    cold, _ = shown("default", scattering__water_temperature_c=0.0)
-    warm, _ = shown("default", scattering__water_temperature_c=40.0)
+    cold, _ = shown("curtain", scattering__water_temperature_c=0.0)
+    warm, _ = shown("curtain", scattering__water_temperature_c=40.0)
     assert descartes_deg(cold, 1, 589.0) > descartes_deg(warm, 1, 589.0) + 0.3
 
 
 def test_circles_are_about_the_antisolar_point():
-    scene, view = shown("default")
+    scene, view = shown("curtain")
     found = bow_circles(scene, view)
     assert [o.label for o in found] == [
         "primary 42.4° red", "primary 41.1° violet",
@@ -70,18 +70,18 @@ def test_circles_are_about_the_antisolar_point():
 
 
 def test_chosen_orders_and_wavelengths():
-    scene, view = shown("default", camera__fov_deg=150.0, camera__altitude_deg=-20.0)
+    scene, view = shown("curtain", camera__fov_deg=150.0, camera__altitude_deg=-20.0)
     found = bow_circles(scene, view, orders=(3,), wavelengths_nm=(580.0,))
     assert [o.label.split()[0] for o in found] == ["tertiary"]
-    mie, view = shown("default", scattering__theory="mie", scattering__orders=[1])
+    mie, view = shown("curtain", scattering__theory="mie", scattering__orders=[1])
     assert len(bow_circles(mie, view)) == 4  # exact theory has all
-    one, view = shown("default", scattering__orders=[1])
+    one, view = shown("curtain", scattering__orders=[1])
     assert len(bow_circles(one, view)) == 2
 
 
 def test_two_suns_have_two_bows():
     lights = [{"altitude_deg": 20.0}, {"altitude_deg": 10.0, "azimuth_deg": 160.0}]
-    scene, view = shown("default", light=lights)
+    scene, view = shown("curtain", light=lights)
     found = bow_circles(scene, view)
     assert len(found) == 8
     assert {o.label[-3:] for o in found} == {"(0)", "(1)"}
@@ -207,7 +207,7 @@ def test_lamp_bows_have_smooth_lines():
 
 
 def test_a_sun_has_no_torus_and_a_lamp_no_circle():
-    scene, view = shown("default")
+    scene, view = shown("curtain")
     assert lamp_bows(scene, view, box_of(scene.droplets)) == []
     scene, view = shown("street-lamp")
     assert bow_circles(scene, view) == []
@@ -215,12 +215,12 @@ def test_a_sun_has_no_torus_and_a_lamp_no_circle():
 
 def test_the_horizon_is_level():
     for altitude, straight in ((0.0, True), (30.0, True), (-40.0, True)):
-        _, view = shown("default", camera__altitude_deg=altitude, camera__fov_deg=120.0)
+        _, view = shown("curtain", camera__altitude_deg=altitude, camera__fov_deg=120.0)
         (line,) = horizon(view).lines
         rays = view.directions(line)
         np.testing.assert_allclose(rays[:, 2], 0.0, atol=1e-9)
         assert np.ptp(line[:, 1]) < 1e-6 or not straight
-    assert horizon(shown("default", camera__altitude_deg=89.0)[1]).lines == ()
+    assert horizon(shown("curtain", camera__altitude_deg=89.0)[1]).lines == ()
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_the_horizon_is_level():
 )  # fmt: skip
 def test_the_grid_has_some_lines_and_says_which(azimuth, altitude, fov):
     _, view = shown(
-        "default", camera__azimuth_deg=azimuth, camera__altitude_deg=altitude, camera__fov_deg=fov
+        "curtain", camera__azimuth_deg=azimuth, camera__altitude_deg=altitude, camera__fov_deg=fov
     )
     found = grid(view)
     assert 3 <= len(found) <= 60
@@ -253,14 +253,14 @@ def test_the_grid_has_some_lines_and_says_which(azimuth, altitude, fov):
 
 
 def test_the_grid_is_as_fine_as_the_view():
-    wide, narrow = (len(grid(shown("default", camera__fov_deg=f)[1])) for f in (100.0, 2.0))
+    wide, narrow = (len(grid(shown("curtain", camera__fov_deg=f)[1])) for f in (100.0, 2.0))
     assert 8 <= wide <= 30
     assert 8 <= narrow <= 30
 
 
 def test_the_grid_covers_the_view():
     # At every place a line of each kind is no farther than a step and a half.
-    _, view = shown("default", camera__fov_deg=40.0, camera__altitude_deg=10.0)
+    _, view = shown("curtain", camera__fov_deg=40.0, camera__altitude_deg=10.0)
     labels = [o.label for o in grid(view)]
     around = {"340°", "345°", "350°", "355°", "N", "5°", "10°", "15°", "20°"}
     assert set(labels) == {"+5°", "+10°", "+15°", "+20°"} | around
@@ -284,11 +284,11 @@ def test_the_box_has_its_corners():
 
 
 def test_marks():
-    scene, view = shown("default", camera__altitude_deg=0.0)
+    scene, view = shown("curtain", camera__altitude_deg=0.0)
     (mark,) = marks(scene, view)
     assert (mark.kind, mark.label) == ("antisolar", "antisolar point")
     np.testing.assert_allclose(mark.at, pinhole(scene.camera, unit(0.0, -20.0), SIZE))
-    scene, view = shown("default", camera__azimuth_deg=180.0)
+    scene, view = shown("curtain", camera__azimuth_deg=180.0)
     (mark,) = marks(scene, view)
     assert (mark.kind, mark.label) == ("light", "sun")
     scene, view = shown("street-lamp", camera__azimuth_deg=180.0, camera__altitude_deg=10.0)
@@ -301,7 +301,7 @@ def test_marks():
 
 def test_each_part_of_a_split_picture_has_its_own():
     right = {"camera.fov_deg": 40.0, "light.0.altitude_deg": 10.0}
-    scene = load_scene("default", {"compare": {"split": 0.5, "right": right}})
+    scene = load_scene("curtain", {"compare": {"split": 0.5, "right": right}})
     found = [o for o in overlays(scene, SIZE, {"circles"}) if o.label == "primary 42.4° red"]
     assert len(found) == 2
     left, right = (np.concatenate(o.lines) for o in found)
@@ -331,7 +331,7 @@ def test_overlays_are_those_asked_for():
 def test_boxes(tmp_path):
     scene, _ = shown("street-lamp")
     np.testing.assert_array_equal(box_of(scene.droplets), [[-60, 8, 0], [60, 80, 30]])
-    file, _ = shown("default")
+    file, _ = shown("curtain")
     box = box_of(file.droplets)
     assert box.shape == (2, 3)
     assert np.all(box[1] > box[0])
@@ -343,7 +343,7 @@ def test_boxes(tmp_path):
 
 
 def test_a_view_of_another_shape_stretches():
-    scene, _ = shown("default")
+    scene, _ = shown("curtain")
     square = View(scene.camera, (500, 500))
     wide = View(scene.camera, (1000, 500))
     (one,), (other,) = (o.lines for o in (bow_circles(scene, v)[0] for v in (square, wide)))

@@ -247,14 +247,14 @@ def test_chains_stay_joined():
 
 
 def test_parts_share_the_view():
-    scene = load_scene("default", {"compare": {"split": 0.25, "right": {"camera.fov_deg": 40.0}}})
+    scene = load_scene("curtain", {"compare": {"split": 0.25, "right": {"camera.fov_deg": 40.0}}})
     (left, first), (right, second) = part_views(scene, (640, 360))
     assert (left.camera.fov_deg, right.camera.fov_deg) == (84.0, 40.0)
     assert first.columns == (0.0, 160.0)
     assert second.columns == (160.0, 640.0)
     assert part_at(scene, (640, 360), (159.9, 5.0))[0] is left
     assert part_at(scene, (640, 360), (160.1, 5.0))[0] is right
-    ((whole, view),) = part_views(load_scene("default"), (640, 360))
+    ((whole, view),) = part_views(load_scene("curtain"), (640, 360))
     assert view.camera is whole.camera
     assert view.columns == (0.0, 640.0)
 

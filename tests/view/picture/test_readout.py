@@ -38,7 +38,7 @@ def pixel_of(scene, vector, size=SIZE):
 
 @pytest.mark.parametrize(("azimuth", "altitude"), [(0.0, 22.0), (-30.0, 5.0), (25.0, 35.0)])
 def test_angles_under_a_sun(azimuth, altitude):
-    scene = load_scene("default")
+    scene = load_scene("curtain")
     ray = unit(azimuth, altitude)
     reading = read_pixel(WHITE, scene, SIZE, pixel_of(scene, ray))
     assert reading.scene == scene
@@ -99,7 +99,7 @@ def test_an_eye_in_the_rain_sees_it_from_nought():
 )
 def test_colours(rgb, xy, luminance):
     frame = np.tile(np.array(rgb, dtype=np.float32), (4, 4, 1))
-    reading = read_pixel(frame, load_scene("default"), SIZE, (600.0, 300.0))
+    reading = read_pixel(frame, load_scene("curtain"), SIZE, (600.0, 300.0))
     assert reading.luminance == pytest.approx(luminance, rel=1e-6)
     assert reading.xy == pytest.approx(xy, abs=2e-4)
     x, y = xy
@@ -110,7 +110,7 @@ def test_colours(rgb, xy, luminance):
 
 
 def test_darkness_has_no_colour():
-    reading = read_pixel(np.zeros((4, 4, 3)), load_scene("default"), SIZE, (600.0, 300.0))
+    reading = read_pixel(np.zeros((4, 4, 3)), load_scene("curtain"), SIZE, (600.0, 300.0))
     assert reading.xy is None
     assert reading.uv is None
     names = dict(text_of(reading))
@@ -119,7 +119,7 @@ def test_darkness_has_no_colour():
 
 
 def test_text_has_units():
-    scene = load_scene("default")
+    scene = load_scene("curtain")
     frame = np.full((9, 16, 3), 1234.56, dtype=np.float32)
     ray = unit(0.0, 22.0)
     lines = dict(text_of(read_pixel(frame, scene, SIZE, pixel_of(scene, ray))))
@@ -156,7 +156,7 @@ def test_a_frame_is_stretched_over_the_view():
 
 def test_a_split_picture_tells_of_the_part_under_the_cursor():
     right = {"light.0.altitude_deg": 5.0, "camera.fov_deg": 50.0}
-    scene = load_scene("default", {"compare": {"split": 0.5, "right": right}})
+    scene = load_scene("curtain", {"compare": {"split": 0.5, "right": right}})
     ray = unit(-15.0, 20.0)
     reading = read_pixel(WHITE, scene, SIZE, pixel_of(scene, ray))
     assert reading.lights[0].opposite_deg == pytest.approx(angle_deg(ray, unit(0.0, -20.0)))
@@ -196,7 +196,7 @@ def test_the_spectrum_of_a_uniform_rain():
         "atmosphere": None,
         "scattering.orders": [1],
     }
-    scene = load_scene("default", changes)
+    scene = load_scene("curtain", changes)
     ray = unit(0.0, 21.0)
     nm, radiance = spectrum_at(scene, ray)
     np.testing.assert_array_equal(nm, np.arange(380.0, 781.0))
@@ -239,7 +239,7 @@ def ramp(width, height, size=SIZE):
 @pytest.mark.parametrize("frame_px", [(1280, 720), (400, 225)])
 @pytest.mark.parametrize("pixel", [(640.5, 100.0), (200.0, 300.0), (1100.0, 650.0), (3.0, 3.0)])
 def test_a_profile_runs_through_the_point(pixel, frame_px):
-    scene = load_scene("default")
+    scene = load_scene("curtain")
     found = profile(ramp(*frame_px), scene, SIZE, pixel, 701)
     assert found.angle_deg.shape == found.luminance.shape == (701,)
     steps = np.diff(found.angle_deg)
@@ -263,7 +263,7 @@ def test_a_profile_runs_through_the_point(pixel, frame_px):
 
 
 def test_a_profiles_angles_are_those_from_the_antisolar_point():
-    scene = load_scene("default")
+    scene = load_scene("curtain")
     found = profile(ramp(*SIZE), scene, SIZE, (300.0, 200.0), 300)
     for k in (0, 100, 299):
         x, y = found.pixels[k]
@@ -277,7 +277,7 @@ def test_a_profiles_angles_are_those_from_the_antisolar_point():
 
 
 def test_a_profile_begins_at_the_antisolar_point_if_that_is_seen():
-    scene = load_scene("default", {"camera.altitude_deg": -20.0, "camera.fov_deg": 110.0})
+    scene = load_scene("curtain", {"camera.altitude_deg": -20.0, "camera.fov_deg": 110.0})
     frame = ramp(*SIZE)
     for pixel in ((900.0, 300.0), (640.0, 360.0)):  # the second is that point
         found = profile(frame, scene, SIZE, pixel)
@@ -288,7 +288,7 @@ def test_a_profile_begins_at_the_antisolar_point_if_that_is_seen():
 
 
 def test_a_profile_ends_at_the_sun():
-    scene = load_scene("default", {"camera.azimuth_deg": 180.0, "camera.altitude_deg": 20.0})
+    scene = load_scene("curtain", {"camera.azimuth_deg": 180.0, "camera.altitude_deg": 20.0})
     found = profile(ramp(*SIZE), scene, SIZE, (300.0, 200.0))
     assert found.angle_deg[-1] == pytest.approx(180.0, abs=1e-6)
     np.testing.assert_allclose(found.pixels[-1], (640.0, 360.0), atol=1e-6)
@@ -297,7 +297,7 @@ def test_a_profile_ends_at_the_sun():
 def test_a_profile_keeps_to_its_part():
     right = {"atmosphere.rayleigh": False}
     changes = {"compare": {"split": 0.5, "right": right}, "camera.altitude_deg": -20.0}
-    scene = load_scene("default", changes)
+    scene = load_scene("curtain", changes)
     frame = ramp(*SIZE)
     frame[:, 640:, 2] = 100.0
     left = profile(frame, scene, SIZE, (400.0, 300.0))
