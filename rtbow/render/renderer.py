@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from rtbow.frames.bows.measured import FrameMeasures
     from rtbow.gl.context import GlContext
     from rtbow.render.method import Method
+    from rtbow.render.sky import Skies
     from rtbow.world.world import World
 
 MethodName = Literal["auto", "fast", "spectral", "reference"]
@@ -74,6 +75,7 @@ class Renderer:
     Args:
         scene: what to render.
         backend: ``auto``, ``egl``, ``osmesa`` or ``window``.
+        skies: makes the skies, as beside the pictures of a window; left out: each when it is drawn.
 
     Raises:
         InputError: ``scene`` is no :class:`rtbow.Scene`, or the backend is not known.
@@ -88,11 +90,14 @@ class Renderer:
         ...     rgb = renderer.render()
     """
 
-    def __init__(self, scene: Scene, backend: Backend = "auto") -> None:
+    def __init__(
+        self, scene: Scene, backend: Backend = "auto", *, skies: Skies | None = None
+    ) -> None:
         self.scene = _scene(scene)
         self.method_used: MethodName = "auto"
         self.unsuited = ""
         self._last: _Last | None = None
+        self._skies = skies
         self._backend = require_one_of("backend", backend, get_args(Backend))
         self._lock = Lock()
         self._context: GlContext | None = None
@@ -378,7 +383,8 @@ class Renderer:
         from rtbow.render.wide_pixels import in_parts, whole
 
         def around(made: Method, world: World) -> Method:
-            return whole(with_surroundings(context, made, in_parts(world), building), world)
+            drawn = with_surroundings(context, made, in_parts(world), building, self._skies)
+            return whole(drawn, world)
 
         if method != "spectral":
             from rtbow.render.fast.method import FastMethod
