@@ -183,6 +183,8 @@ class Renderer:
     def measured(self, rgb: NDArray[np.float32], *, fringes: bool = True) -> FrameMeasures:
         """Measure a frame of the scene: its luminance, and radius, width, contrast of each bow.
 
+        Before a sky or a ground bows are measured in the drops' own light, which is drawn for it.
+
         Args:
             rgb: what :meth:`render` gave.
             fringes: whether supernumeraries are measured, which takes longer.
@@ -200,7 +202,27 @@ class Renderer:
                 " scene's pictures are"
             )
         with self._in_turn():
-            return measured(self._resolved(), self._columns, rgb, fringes=fringes)
+            drops = self._drops_alone()
+            return measured(self._resolved(), self._columns, rgb, drops, fringes=fringes)
+
+    def _drops_alone(self) -> NDArray[np.float32] | None:
+        """Draw the last frame without its sky and ground, where it had any; None if no shader drew
+        it."""
+        from rtbow.render.sky import Surrounded
+        from rtbow.render.wide_pixels import unwrapped
+
+        for name, methods in self._methods.items():
+            around = [part for part in map(unwrapped, methods) if isinstance(part, Surrounded)]
+            if not around or methods[0].name != self.method_used:
+                continue
+            for part in around:
+                part.bare = True
+            try:
+                return self._render_shader(name, no_progress, no_progress)
+            finally:
+                for part in around:
+                    part.bare = False
+        return None
 
     def _resolved(self) -> list[World]:
         """The worlds of the picture's parts, resolved when they are first needed."""

@@ -133,17 +133,22 @@ def with_surroundings(
     """
     if world.around is None or not world.optics.suns:
         return method
-    return _Around(gl, method, world, building, skies or SkiesAtOnce())
+    return Surrounded(gl, method, world, building, skies or SkiesAtOnce())
 
 
-class _Around:
-    """A method that adds sky, ground and suns (:class:`rtbow.render.method.Method`)."""
+class Surrounded:
+    """A method that adds sky, ground and suns (:class:`rtbow.render.method.Method`).
+
+    Attributes:
+        bare: whether it draws the drops' own light alone, for the time being.
+    """
 
     def __init__(
         self, gl: GlContext, method: Method, world: World, building: Progress, skies: Skies
     ) -> None:
         assert world.around is not None
         self._gl, self._method, self._skies = gl, method, skies
+        self.bare = False
         skies.solve(world.around, building)
         self._program = GlProgram(gl, "sky/pixel.frag", _defines(world))
         if world.rain is not None and not world.volume.uniform:
@@ -194,6 +199,8 @@ class _Around:
     def draw(self, progress: Progress = no_progress, columns: slice = slice(None)) -> FrameTarget:
         """Draw the frame and wait until it is done."""
         target = self._method.draw(progress, columns)
+        if self.bare:
+            return target
         world, program = self._world, self._program
         width, height = world.view.size_px
         left, right, _ = columns.indices(width)
