@@ -121,10 +121,10 @@ def _signals_afterwards() -> Iterator[None]:
                 signal.signal(number, lambda *signalled: came.append(signalled))
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        for number, frame in came:
-            before[number](number, frame)
+        for one, handler in before.items():
+            signal.signal(one, handler)
+        for one, frame in came:
+            before[one](one, frame)
 
 
 def _kept(compile_later: Callable[..., Any], function: Callable[..., Any]) -> Any:
