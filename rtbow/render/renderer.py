@@ -31,6 +31,7 @@ from rtbow.scene.text.errors import shown
 if TYPE_CHECKING:
     from rtbow.frames.bows.measured import FrameMeasures
     from rtbow.gl.context import GlContext
+    from rtbow.render.fast.method import FastMethod
     from rtbow.render.method import Method
     from rtbow.render.sky import Skies
     from rtbow.world.world import World
@@ -275,26 +276,48 @@ class Renderer:
             for part, columns in zip(methods, self._columns, strict=True):
                 part.draw(no_progress, columns)
 
-    def show(self, scene: Scene) -> None:
+    def show(self, scene: Scene, *, roughly: bool = False) -> None:
         """Render another scene from the next frame on.
 
-        Where only camera and lights have moved, method ``fast`` keeps its tables and programs.
+        Where only camera and lights have moved, method ``fast`` keeps its tables and programs; in
+        haze only ``roughly``, else it makes those anew that hold what haze leaves of the light.
+
+        Args:
+            scene: what to render.
+            roughly: whether drops may be dimmed by haze as they were before the move.
 
         Raises:
             InputError, UnavailableError, RtbowError: as :meth:`render`; the scene stays as it was.
         """
         with self._in_turn(), _memory_errors():
             self._require_open()
-            self._show(_scene(scene))
+            self._show(_scene(scene), roughly=roughly)
 
-    def _show(self, scene: Scene) -> None:
+    def _show(self, scene: Scene, *, roughly: bool) -> None:
         worlds = self._moved_worlds(scene)
         if self._context is not None:
+            for method in self._fast_methods():
+                method.keeps_haze = roughly
             with self._translated(scene), self._context.current():
                 self._methods = self._moved_methods(worlds)  # the others go as the context is left
         self._worlds, self.scene = worlds, scene
         if "auto" not in self._methods:
             self.unsuited = ""
+
+    def _fast_methods(self) -> list[FastMethod]:
+        """Give the methods ``fast`` in use, whatever draws around them."""
+        from rtbow.render.fast.method import FastMethod
+        from rtbow.render.sky import Surrounded
+        from rtbow.render.wide_pixels import unwrapped
+
+        parts = [unwrapped(part) for parts in self._methods.values() for part in parts]
+        inner = [part.drops if isinstance(part, Surrounded) else part for part in parts]
+        return [part for part in inner if isinstance(part, FastMethod)]
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether the drops of the last frame are dimmed by haze as before a move."""
+        return any(method.has_former_haze for method in self._fast_methods())
 
     def _moved_methods(self, worlds: list[World]) -> dict[MethodName, list[Method]]:
         """Give the methods that could follow to other worlds; none where there are none."""

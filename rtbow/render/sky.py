@@ -162,6 +162,11 @@ class Surrounded:
         return self._method.name
 
     @property
+    def drops(self) -> Method:
+        """The method that draws the drops."""
+        return self._method
+
+    @property
     def texture_bytes(self) -> int:
         """Memory of the textures."""
         own = [texture for sun in self._suns if sun for texture in sun.textures.values()]

@@ -48,6 +48,7 @@ _NICE = 10
 server by some tenths of a second."""
 _REST_S = 0.3
 """Time without requests after which the renderer prepares for moves."""
+_FORMER_HAZE = "haze before the drops as under the former sun for now"
 _GAP_S = 0.05
 """Shortest time between two reports of progress."""
 _EXPOSURE_STRIDE = 3
@@ -74,6 +75,7 @@ class Server:
         self._skies: BesideSkies | None = None
         self._sending = threading.Lock()
         self._reported = 0.0
+        self._places: object = None
         self._resting = False
 
     def listen(self) -> None:
@@ -133,6 +135,9 @@ class Server:
         self._resting = False
         if self._skies is not None:
             self._skies.ahead()
+        if self._renderer.is_rough:
+            self._send(SkyWaits(0, None, "", True))
+            return
         try:
             self._renderer.prepare_moves()
         except RtbowError:
@@ -169,7 +174,10 @@ class Server:
 
         self._send(Begun(request.number))
         begun = time.perf_counter()
-        renderer = self._shown(request.scene)
+        # The next picture of the same places, once they rest, is exact.
+        places = request.scene.light, request.scene.camera.position_m
+        renderer = self._shown(request.scene, roughly=places != self._places)
+        self._places = places
         rgb = renderer.render(
             request.method,
             self._progress(request, "rendering"),
@@ -177,20 +185,24 @@ class Server:
         )
         if self._skies is not None:
             self._skies.end()
+        behind = (
+            ""
+            if self._skies is None or renderer.method_used == "reference"
+            else (self._skies.behind or (_FORMER_HAZE if renderer.is_rough else ""))
+        )
         frame = FrameDrawn(
             request.number, request.scene, np.empty((0, 0, 3), np.float32),
             time.perf_counter() - begun,
             auto_exposure_ev(rgb[::_EXPOSURE_STRIDE, ::_EXPOSURE_STRIDE]),
             renderer.method_used, renderer.unsuited, renderer.gl_renderer,
             (*renderer.notes, *renderer.unseen),
-            "" if self._skies is None or renderer.method_used == "reference"
-            else self._skies.behind,
+            behind,
         )  # fmt: skip
         size_px = rgb.shape[1], rgb.shape[0]
         self._send(Placed(frame, *self._ring.put(rgb), size_px))
         self._resting = True
 
-    def _shown(self, scene: Scene) -> Renderer:
+    def _shown(self, scene: Scene, *, roughly: bool) -> Renderer:
         from rtbow.render.renderer import Renderer  # slow to import: the process answers before
 
         if self._skies is None and any(part.has_surroundings for part, _ in scene.parts()):
@@ -203,7 +215,7 @@ class Server:
         if self._renderer is None:
             self._renderer = Renderer(scene, self._backend, skies=self._skies)
         else:
-            self._renderer.show(scene)
+            self._renderer.show(scene, roughly=roughly)
         return self._renderer
 
     def _tell_of_sky(self, waiting: Waiting | None) -> None:
