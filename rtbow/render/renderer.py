@@ -296,8 +296,7 @@ class Renderer:
     def _show(self, scene: Scene, *, roughly: bool) -> None:
         worlds = self._moved_worlds(scene)
         if self._context is not None:
-            for method in self._fast_methods():
-                method.keeps_haze = roughly
+            self._keep_haze(roughly)
             with self._translated(scene), self._context.current():
                 self._methods = self._moved_methods(worlds)  # the others go as the context is left
         self._worlds, self.scene = worlds, scene
@@ -313,6 +312,11 @@ class Renderer:
         parts = [unwrapped(part) for parts in self._methods.values() for part in parts]
         inner = [part.drops if isinstance(part, Surrounded) else part for part in parts]
         return [part for part in inner if isinstance(part, FastMethod)]
+
+    def _keep_haze(self, keeps: bool) -> None:
+        """Tell methods ``fast`` so; no name holds on to them where they are replaced."""
+        for method in self._fast_methods():
+            method.keeps_haze = keeps
 
     @property
     def is_rough(self) -> bool:

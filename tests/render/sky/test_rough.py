@@ -10,8 +10,8 @@ import rtbow
 pytestmark = pytest.mark.slow
 
 HAZE = {
-    "camera.size_px": [32, 18], "atmosphere.rayleigh": True,
-    "atmosphere.aerosol.model": "custom", "atmosphere.aerosol.optical_depth_550": 0.2, "camera.fov_deg": 100.0,
+    "camera.size_px": [32, 18], "camera.fov_deg": 100.0, "atmosphere.rayleigh": True,
+    "atmosphere.aerosol.model": "custom", "atmosphere.aerosol.optical_depth_550": 0.2,
 }  # fmt: skip
 
 
