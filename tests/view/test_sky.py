@@ -130,6 +130,18 @@ def test_an_air_is_solved_for_beside_and_given_up(window):
     assert_is_the_scenes(viewer)
 
 
+def test_haze_without_a_sky_follows_a_moved_sun_in_the_end(window):
+    viewer = window.viewer
+    haze = {"model": "custom", "optical_depth_550": 0.1}
+    assert viewer.change({"atmosphere.sky": False, "atmosphere.aerosol": haze}) == ""
+    window.settle()
+    for altitude in (24.0, 28.0, 32.0):
+        window.change(light__0__altitude_deg=altitude)
+        window.next_frame()
+    window.settle()
+    assert_is_the_scenes(viewer)
+
+
 def test_a_window_that_closes_gives_up_what_is_solved_for(window):
     """The last one: it closes the window that all tests here share."""
     assert window.viewer.change(NEW_AIR) == ""

@@ -185,11 +185,11 @@ class Server:
         )
         if self._skies is not None:
             self._skies.end()
-        behind = (
-            ""
-            if self._skies is None or renderer.method_used == "reference"
-            else (self._skies.behind or (_FORMER_HAZE if renderer.is_rough else ""))
-        )
+        behind = "" if self._skies is None else self._skies.behind
+        if renderer.method_used == "reference":
+            behind = ""
+        elif renderer.is_rough:
+            behind = behind or _FORMER_HAZE
         frame = FrameDrawn(
             request.number, request.scene, np.empty((0, 0, 3), np.float32),
             time.perf_counter() - begun,
