@@ -19,8 +19,10 @@ import os
 import pickle
 import platform
 import shutil
+import signal
 import stat
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from functools import wraps
 from pathlib import Path
 from types import FunctionType
@@ -90,11 +92,39 @@ def compiled(*, parallel: bool = False, contract: bool = False) -> Callable[[Fun
 
         @wraps(function)
         def call(*args: Any) -> Any:
-            return on_one(*args) if _forked_from_threads else on_all(*args)
+            with _signals_afterwards():
+                return on_one(*args) if _forked_from_threads else on_all(*args)
 
         return cast(Function, call)
 
     return choosing
+
+
+@contextlib.contextmanager
+def _signals_afterwards() -> Iterator[None]:
+    """Keep the handlers of Ctrl-C and SIGTERM until the end.
+
+    Numba hands results to Python piece by piece and does not look for exceptions between them: one
+    that a handler raises there ends the process where a function gives several arrays. Python
+    calls handlers after the compiled code as it is.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # handlers run in the main thread alone
+        return
+    came: list[tuple[int, Any]] = []
+    before: dict[int, Any] = {}
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            handler = signal.getsignal(number)
+            if callable(handler):
+                before[number] = handler
+                signal.signal(number, lambda *signalled: came.append(signalled))
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
+        for one, frame in came:
+            before[one](one, frame)
 
 
 def _kept(compile_later: Callable[..., Any], function: Callable[..., Any]) -> Any:

@@ -31,7 +31,9 @@ from rtbow.scene.text.errors import shown
 if TYPE_CHECKING:
     from rtbow.frames.bows.measured import FrameMeasures
     from rtbow.gl.context import GlContext
+    from rtbow.render.fast.method import FastMethod
     from rtbow.render.method import Method
+    from rtbow.render.sky import Skies
     from rtbow.world.world import World
 
 MethodName = Literal["auto", "fast", "spectral", "reference"]
@@ -74,6 +76,7 @@ class Renderer:
     Args:
         scene: what to render.
         backend: ``auto``, ``egl``, ``osmesa`` or ``window``.
+        skies: makes the skies, as beside the pictures of a window; left out: each when it is drawn.
 
     Raises:
         InputError: ``scene`` is no :class:`rtbow.Scene`, or the backend is not known.
@@ -88,11 +91,14 @@ class Renderer:
         ...     rgb = renderer.render()
     """
 
-    def __init__(self, scene: Scene, backend: Backend = "auto") -> None:
+    def __init__(
+        self, scene: Scene, backend: Backend = "auto", *, skies: Skies | None = None
+    ) -> None:
         self.scene = _scene(scene)
         self.method_used: MethodName = "auto"
         self.unsuited = ""
         self._last: _Last | None = None
+        self._skies = skies
         self._backend = require_one_of("backend", backend, get_args(Backend))
         self._lock = Lock()
         self._context: GlContext | None = None
@@ -178,6 +184,8 @@ class Renderer:
     def measured(self, rgb: NDArray[np.float32], *, fringes: bool = True) -> FrameMeasures:
         """Measure a frame of the scene: its luminance, and radius, width, contrast of each bow.
 
+        Before a sky or a ground bows are measured in the drops' own light, which is drawn for it.
+
         Args:
             rgb: what :meth:`render` gave.
             fringes: whether supernumeraries are measured, which takes longer.
@@ -195,7 +203,27 @@ class Renderer:
                 " scene's pictures are"
             )
         with self._in_turn():
-            return measured(self._resolved(), self._columns, rgb, fringes=fringes)
+            drops = self._drops_alone()
+            return measured(self._resolved(), self._columns, rgb, drops, fringes=fringes)
+
+    def _drops_alone(self) -> NDArray[np.float32] | None:
+        """Draw the last frame without its sky and ground, where it had any; None if no shader drew
+        it."""
+        from rtbow.render.sky import Surrounded
+        from rtbow.render.wide_pixels import unwrapped
+
+        for name, methods in self._methods.items():
+            around = [part for part in map(unwrapped, methods) if isinstance(part, Surrounded)]
+            if not around or methods[0].name != self.method_used:
+                continue
+            for part in around:
+                part.bare = True
+            try:
+                return self._render_shader(name, no_progress, no_progress)
+            finally:
+                for part in around:
+                    part.bare = False
+        return None
 
     def _resolved(self) -> list[World]:
         """The worlds of the picture's parts, resolved when they are first needed."""
@@ -248,26 +276,52 @@ class Renderer:
             for part, columns in zip(methods, self._columns, strict=True):
                 part.draw(no_progress, columns)
 
-    def show(self, scene: Scene) -> None:
+    def show(self, scene: Scene, *, roughly: bool = False) -> None:
         """Render another scene from the next frame on.
 
-        Where only camera and lights have moved, method ``fast`` keeps its tables and programs.
+        Where only camera and lights have moved, method ``fast`` keeps its tables and programs; in
+        haze only ``roughly``, else it makes those anew that hold what haze leaves of the light.
+
+        Args:
+            scene: what to render.
+            roughly: whether drops may be dimmed by haze as they were before the move.
 
         Raises:
             InputError, UnavailableError, RtbowError: as :meth:`render`; the scene stays as it was.
         """
         with self._in_turn(), _memory_errors():
             self._require_open()
-            self._show(_scene(scene))
+            self._show(_scene(scene), roughly=roughly)
 
-    def _show(self, scene: Scene) -> None:
+    def _show(self, scene: Scene, *, roughly: bool) -> None:
         worlds = self._moved_worlds(scene)
         if self._context is not None:
+            self._keep_haze(roughly)
             with self._translated(scene), self._context.current():
                 self._methods = self._moved_methods(worlds)  # the others go as the context is left
         self._worlds, self.scene = worlds, scene
         if "auto" not in self._methods:
             self.unsuited = ""
+
+    def _fast_methods(self) -> list[FastMethod]:
+        """Give the methods ``fast`` in use, whatever draws around them."""
+        from rtbow.render.fast.method import FastMethod
+        from rtbow.render.sky import Surrounded
+        from rtbow.render.wide_pixels import unwrapped
+
+        parts = [unwrapped(part) for parts in self._methods.values() for part in parts]
+        inner = [part.drops if isinstance(part, Surrounded) else part for part in parts]
+        return [part for part in inner if isinstance(part, FastMethod)]
+
+    def _keep_haze(self, keeps: bool) -> None:
+        """Tell methods ``fast`` so; no name holds on to them where they are replaced."""
+        for method in self._fast_methods():
+            method.keeps_haze = keeps
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether the drops of the last frame are dimmed by haze as before a move."""
+        return any(method.has_former_haze for method in self._fast_methods())
 
     def _moved_methods(self, worlds: list[World]) -> dict[MethodName, list[Method]]:
         """Give the methods that could follow to other worlds; none where there are none."""
@@ -378,7 +432,8 @@ class Renderer:
         from rtbow.render.wide_pixels import in_parts, whole
 
         def around(made: Method, world: World) -> Method:
-            return whole(with_surroundings(context, made, in_parts(world), building), world)
+            drawn = with_surroundings(context, made, in_parts(world), building, self._skies)
+            return whole(drawn, world)
 
         if method != "spectral":
             from rtbow.render.fast.method import FastMethod

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from rtbow.render.fast.nodes import Nodes, block_for
 from rtbow.render.method import Method, ShaderMethod
 from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
 from rtbow.tables.sky.field import FIELD_NM, between_field_nm
+from rtbow.tables.sky.light import Scattered
 from rtbow.tables.sky.rays import FALLING, RISING, Eye
 from rtbow.tables.sky.seen import SkyTable, sky_table
 from rtbow.world.lights import Sun
@@ -48,8 +49,87 @@ _ROUGH = 1e-2
 are drawn one by one."""
 
 
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """A sky that is asked for.
+
+    Attributes:
+        around: the air and the ground.
+        eye: where from, and under what sun.
+        colours: see :func:`rtbow.tables.sky.seen.sky_table`.
+        ground: see there.
+    """
+
+    around: Surroundings
+    eye: Eye
+    colours: Array
+    ground: Array
+
+    @property
+    def place(self) -> tuple[object, ...]:
+        """All that tells it from other skies of its air."""
+        eye = self.eye
+        return (
+            eye.height_m, eye.sun_altitude_rad, eye.polarised, eye.distances_m.tobytes(),
+            self.colours.tobytes(),
+        )  # fmt: skip
+
+    def same_as(self, other: Wanted) -> bool:
+        """Whether another one asks for the same sky."""
+        return self.place == other.place and self.around == other.around
+
+    def made(self, field: Scattered) -> SkyTable:
+        """Sum the sky from what its air has scattered: some tenths of a second."""
+        air, glow = self.around.air(FIELD_NM), float(self.around.glows)
+        return sky_table(air, field, glow, self.eye, self.colours, self.ground)
+
+
+Seen = tuple[Eye, SkyTable]
+"""A sky, and the eye that sees it."""
+
+
+class Skies(Protocol):
+    """Makes the skies that are drawn, at once or beside the pictures."""
+
+    def solve(self, around: Surroundings, building: Progress) -> None:
+        """See to it that what air has scattered is known, or will be.
+
+        Args:
+            around: the air and the ground.
+            building: wraps the loop over orders of scattering, where they are not kept.
+        """
+
+    def seen(self, wanted: Sequence[Wanted]) -> list[Seen | None]:
+        """Give skies, or what stands in for them; None where nothing can.
+
+        A sky that was given before is the same object.
+        """
+
+
+class SkiesAtOnce:
+    """Makes the skies of one air when they are asked for (:class:`Skies`)."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[object, ...], Seen] = {}
+
+    def solve(self, around: Surroundings, building: Progress) -> None:
+        """Solve for what air has scattered, or take it from the cache."""
+        self._field = around.field(building)
+
+    def seen(self, wanted: Sequence[Wanted]) -> list[Seen | None]:
+        """Give skies; those of before that are asked for again are kept."""
+        before, self._made = self._made, {}
+        for one in wanted:
+            self._made[one.place] = before.get(one.place) or (one.eye, one.made(self._field))
+        return [self._made[one.place] for one in wanted]
+
+
 def with_surroundings(
-    gl: GlContext, method: Method, world: World, building: Progress = no_progress
+    gl: GlContext,
+    method: Method,
+    world: World,
+    building: Progress = no_progress,
+    skies: Skies | None = None,
 ) -> Method:
     """Give a method that draws what is around a world's drops, too; itself where there is nothing.
 
@@ -58,21 +138,29 @@ def with_surroundings(
         method: which draws the drops.
         world: what it draws.
         building: wraps the loop over orders of scattering, where a sky has to be solved.
+        skies: makes skies; left out: each at once, when it is drawn.
     """
     if world.around is None or not world.optics.suns:
         return method
-    return _Around(gl, method, world, building)
+    return Surrounded(gl, method, world, building, skies or SkiesAtOnce())
 
 
-class _Around:
-    """A method that adds sky, ground and suns (:class:`rtbow.render.method.Method`)."""
+class Surrounded:
+    """A method that adds sky, ground and suns (:class:`rtbow.render.method.Method`).
 
-    def __init__(self, gl: GlContext, method: Method, world: World, building: Progress) -> None:
+    Attributes:
+        bare: whether it draws the drops' own light alone, for the time being.
+    """
+
+    def __init__(
+        self, gl: GlContext, method: Method, world: World, building: Progress, skies: Skies
+    ) -> None:
         assert world.around is not None
-        self._gl, self._method = gl, method
-        self._field = world.around.field(building)
+        self._gl, self._method, self._skies = gl, method, skies
+        self.bare = False
+        skies.solve(world.around, building)
         self._passes = _Passes(gl, world)
-        self._suns: tuple[_SkyOf, ...] = ()
+        self._suns: tuple[_SkyOf | None, ...] = ()
         self._take(world)
 
     @property
@@ -81,9 +169,14 @@ class _Around:
         return self._method.name
 
     @property
+    def drops(self) -> Method:
+        """The method that draws the drops."""
+        return self._method
+
+    @property
     def texture_bytes(self) -> int:
         """Memory of the textures."""
-        own = [texture for sun in self._suns for texture in sun.textures.values()]
+        own = [texture for sun in self._suns if sun for texture in sun.textures.values()]
         return self._method.texture_bytes + texture_bytes([*own, *self._passes.textures])
 
     def move(self, world: World) -> bool:
@@ -103,25 +196,31 @@ class _Around:
     def _take(self, world: World) -> None:
         """Take over a world, with the tables that are there for its suns."""
         assert world.around is not None
-        kept = {sun.key: sun for sun in self._suns}
-        made = []
-        for sun in world.optics.suns:
-            eye, (colours, ground) = _eye(world, sun), _colours(world.around, sun)
-            key = (eye.height_m, eye.sun_altitude_rad, *eye.distances_m, colours.tobytes())
-            if key not in kept:
-                air, glow = world.around.air(FIELD_NM), float(world.around.glows)
-                table = sky_table(air, self._field, glow, eye, colours, ground)
-                kept[key] = _SkyOf(key, table, _textures(self._gl, table, world))
-            made.append(kept[key])
+        around, suns = world.around, world.optics.suns
+        wanted = [Wanted(around, _eye(world, sun), *_colours(around, sun)) for sun in suns]
+        kept = {id(sky.table): sky for sky in self._suns if sky}
+        made: list[_SkyOf | None] = []
+        for seen in self._skies.seen(wanted):
+            if seen is None:
+                made.append(None)
+                continue
+            eye, table = seen
+            sky = kept.get(id(table)) or _SkyOf(eye, table, _textures(self._gl, table, world))
+            kept[id(table)] = sky
+            made.append(sky)
         self._suns, self._world = tuple(made), world
 
     def draw(self, progress: Progress = no_progress, columns: slice = slice(None)) -> FrameTarget:
         """Draw the frame and wait until it is done."""
         target = self._method.draw(progress, columns)
+        if self.bare:
+            return target
         world, passes = self._world, self._passes
         width, height = world.view.size_px
         left, right, _ = columns.indices(width)
         for sun, sky in zip(world.optics.suns, self._suns, strict=True):
+            if sky is None:
+                continue
             passes.take(world, sun, sky)
             passes.gather()
             frame = target.begin(clear=False)
@@ -179,7 +278,7 @@ class _Passes:
         no_rates = StepRates(np.zeros(3), 0.0)
         uniforms = {
             **common_uniforms(world, world.volume.box_m, no_rates),
-            **_sun_uniforms(world, sun, sky.table),
+            **_sun_uniforms(world, sun, sky),
         }
         for program in self._programs:
             for name, texture in sky.textures.items():
@@ -211,12 +310,12 @@ class _SkyOf:
     """The sky under one sun on the device.
 
     Attributes:
-        key: what it was made for.
+        eye: which sees it.
         table: its numbers.
         textures: by the names of their samplers.
     """
 
-    key: tuple[object, ...]
+    eye: Eye
     table: SkyTable
     textures: Mapping[str, Texture]
 
@@ -287,19 +386,18 @@ def _defines(world: World) -> dict[str, Define]:
     }
 
 
-def _sun_uniforms(world: World, sun: Sun, table: SkyTable) -> dict[str, Any]:
+def _sun_uniforms(world: World, sun: Sun, sky: _SkyOf) -> dict[str, Any]:
     level = float(np.hypot(*sun.direction[:2]))
     azimuth = sun.direction[:2] / level if level > 0.0 else floats([0.0, 1.0])
     uniforms: dict[str, Any] = {
-        "sky.horizon": table.horizon_rad,
+        "sky.horizon": sky.table.horizon_rad,
         "sky.azimuth": tuple(azimuth),
         "sky.towards": tuple(sun.direction),
         "sky.disc": 2.0 * np.sin(0.5 * sun.disc_rad),
         "sky.brightness": sun.disc_radiance,
     }
-    eye = _eye(world, sun)
     if world.rain is not None:
-        uniforms["sky.farthest"] = float(eye.distances_m[-1])
-    if table.mirror is not None:
-        uniforms["sky.height"] = eye.height_m
+        uniforms["sky.farthest"] = float(sky.eye.distances_m[-1])
+    if sky.table.mirror is not None:
+        uniforms["sky.height"] = sky.eye.height_m
     return uniforms

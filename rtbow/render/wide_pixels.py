@@ -67,6 +67,11 @@ def whole(method: Method, world: World) -> Method:
     return _InParts(method, world) if world.view.area else method
 
 
+def unwrapped(method: Method) -> Method:
+    """Give the method that draws the parts; itself where pixels are drawn as a whole."""
+    return method._method if isinstance(method, _InParts) else method
+
+
 class _InParts:
     """A method that draws pixels in parts (:class:`rtbow.render.method.Method`).
 

@@ -7,13 +7,16 @@ from typing import Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from rtbow.base.limits import GROUND_HEIGHTS_M, MOST_AEROSOL_DEPTH, PRESSURES_HPA
-from rtbow.physics.constants import SEA_LEVEL_HPA
+from rtbow.physics.constants import SEA_LEVEL_HPA, VISIBLE_NM
 from rtbow.scene.table import Table, number, refused, shown_as
 
 FREE_AEROSOL = ("angstrom_exponent", "single_scattering_albedo", "asymmetry", "scale_height_m")
 """Keys of an aerosol that is no known mixture."""
 ALBEDOS = ("grass",)
 """Grounds that are known by name."""
+_MOST_VIOLET_DEPTH = 3.2
+"""Depth at the shortest wavelength up to which the sky holds its error: the mixtures have 2.1 to
+3.1 there at the greatest depth."""
 
 
 class Aerosol(Table):
@@ -65,6 +68,29 @@ class Aerosol(Table):
         description="of custom: height over which its density falls by a factor e; left out: 1200",
         json_schema_extra=shown_as("m", "A low layer is thick towards the horizon.", log=True),
     )
+
+    @field_validator("optical_depth_550", mode="before")
+    @classmethod
+    def _is_within_the_error(cls, depth: object) -> object:
+        given = number(depth)
+        if given is not None and given > MOST_AEROSOL_DEPTH:
+            raise refused(
+                f"must be 0..{MOST_AEROSOL_DEPTH:g}: up to there the sky holds its error, and"
+                " beyond are dust storms"
+            )
+        return depth
+
+    @field_validator("angstrom_exponent")
+    @classmethod
+    def _is_so_in_violet(cls, exponent: float | None, info: ValidationInfo) -> float | None:
+        depth = info.data.get("optical_depth_550")
+        violet = (depth or 0.0) * (550.0 / VISIBLE_NM[0]) ** (exponent or 0.0)
+        if violet > _MOST_VIOLET_DEPTH:
+            raise refused(
+                f"gives a depth of {violet:.3g} at {VISIBLE_NM[0]:g} nm, where the sky holds its"
+                f" error up to {_MOST_VIOLET_DEPTH:g}; lower it, or optical_depth_550"
+            )
+        return exponent
 
     @model_validator(mode="after")
     def _numbers_go_with_custom(self) -> Self:

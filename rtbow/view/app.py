@@ -28,6 +28,7 @@ from rtbow.view.document.messages import (
     Progressed,
     Reload,
     Reply,
+    SkyWaits,
     failure_of,
 )
 from rtbow.view.document.names import free_name
@@ -57,8 +58,8 @@ _LEAST_GAP_S = 1.0 / 60.0
 _BUSY_GAP_S = 1.0 / 20.0
 """Shortest time between two pictures of the window while the renderer works: on a CPU both share
 the cores."""
-_FRAME = "frame"
-"""Name of the picture's progress and problems."""
+_FRAME, _SKY = "frame", "sky"
+"""Names of the progress and problems of the picture, and of its sky."""
 _FIRST_SPLIT: dict[str, object] = {"split": 0.5, "right": {}}
 
 
@@ -170,6 +171,7 @@ class Viewer:
             frame is not None
             and not self._orders
             and not self.state.linger
+            and not frame.behind
             and frame.scene == self._live_scene(1.0)
         )
 
@@ -290,6 +292,10 @@ class Viewer:
             state.report(_FRAME)
         elif isinstance(reply, Progressed):
             state.show_progress(_FRAME, (reply.share, reply.what))
+        elif isinstance(reply, SkyWaits):
+            share = reply.share
+            state.show_progress(_SKY, None if share is None else (share, reply.what))
+            self._generation += reply.there
         elif isinstance(reply, Failed):
             order, _ = self._orders.pop(reply.number, (None, now))
             if order is not None:

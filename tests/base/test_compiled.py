@@ -239,3 +239,56 @@ def test_leftovers_of_killed_writers_are_removed_and_no_others(folder):
     compiled._folder.cache_clear()
     assert hits() == 1
     assert set(kept(folder)) == {file, precious}
+
+
+INTERRUPTED = """
+import os, signal, sys, threading, time
+from typing import NamedTuple
+import numpy as np
+from rtbow.base.compiled import compiled, prange
+
+class Terms(NamedTuple):
+    first: np.ndarray
+    factor: np.ndarray
+
+@compiled(parallel=True)
+def sums(terms: Terms, count: int):
+    up, down = np.zeros(len(terms.first)), np.zeros(len(terms.first))
+    for k in prange(len(up)):
+        for n in range(count):
+            up[k] += np.sin(terms.first[k] + n)
+            down[k] -= np.sin(terms.factor[k] * n)
+    return up, down
+
+class Ended(BaseException):
+    pass
+
+def end(*_):
+    raise Ended
+
+signal.signal(signal.SIGTERM, end)
+terms = Terms(np.ones(4), np.ones(4))
+sums(terms, 1)
+begun = time.perf_counter()
+sums(terms, 1_000_000)
+count = int(1_000_000 / (time.perf_counter() - begun))
+number = getattr(signal, sys.argv[1])
+threading.Timer(0.2, os.kill, (os.getpid(), number)).start()
+try:
+    sums(terms, count)
+except (KeyboardInterrupt, Ended) as error:
+    print(type(error).__name__, signal.getsignal(signal.SIGTERM) is end)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "raised"), [("SIGINT", "KeyboardInterrupt"), ("SIGTERM", "Ended")]
+)
+def test_a_signal_while_several_arrays_are_made_is_raised_afterwards(tmp_path, number, raised):
+    script = tmp_path / "interrupted.py"
+    script.write_text(INTERRUPTED)
+    done = subprocess.run(
+        [sys.executable, script, number], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, f"{raised} True\n"), done.stderr

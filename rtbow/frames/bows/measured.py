@@ -102,7 +102,12 @@ class FrameMeasures:
 
 
 def measured(
-    worlds: Sequence[World], columns: Sequence[slice], rgb: Float32, *, fringes: bool = True
+    worlds: Sequence[World],
+    columns: Sequence[slice],
+    rgb: Float32,
+    drops: Float32 | None = None,
+    *,
+    fringes: bool = True,
 ) -> FrameMeasures:
     """Measure a frame.
 
@@ -110,6 +115,8 @@ def measured(
         worlds: of the picture's parts.
         columns: that each part fills.
         rgb: the frame (h, w, 3), linear Rec. 709 in cd/m².
+        drops: the same without sky and ground, in which bows are measured; None where nobody has
+            drawn it.
         fringes: whether supernumeraries are measured, which takes longer.
     """
     most = MOST_PIXELS if fringes else FEW_PIXELS
@@ -118,10 +125,11 @@ def measured(
     for part, (world, place) in enumerate(zip(worlds, columns, strict=True)):
         if world.optics.lamps:
             left_out.append("bows of lamps are not circles about a point and are not measured")
-        if world.around is not None:
+        if world.around is not None and world.optics.suns and drops is None:
             left_out.append(
-                "bows before a sky or a ground are not measured: their numbers are those of the"
-                " rain's own light; render without atmosphere.sky and ground"
+                "bows before a sky or a ground are measured in the rain's own light, which a frame"
+                " on file and method reference do not tell apart; measure the scene by another"
+                " method, or without atmosphere.sky and ground"
             )
             continue
         if world.view.pixel_deg > MOST_PIXEL_DEG and world.optics.suns:
@@ -132,7 +140,8 @@ def measured(
             continue
         for sun, key in zip(world.optics.suns, world.sun_keys, strict=True):
             view, box = world.view, world.volume.box_m
-            profile = rings_about_sun(rgb, view, sun.direction, box, place, most)
+            own = rgb if drops is None else drops
+            profile = rings_about_sun(own, view, sun.direction, box, place, most)
             for order in orders_of(world):
                 found = _bow(profile, order, world.scatterer.medium, (part, key.name), fringes)
                 bows += [found] if found else []

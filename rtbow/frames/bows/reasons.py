@@ -65,11 +65,23 @@ def part_reason(world: World, columns: slice, black: bool) -> str:
     sight = sight_of(world, columns)
     if sight is None:
         return f"{head}there are no drops; {_filled(world)}"
+    if _buried(world):
+        return (
+            f"{head}the rain (droplets.box_m) lies below the ground, which hides it; a box that"
+            " begins at its height stands on it"
+        )
     if not sight.bow_shows:
         return head + _unseen(world, sight)
     if black:
         return head + _dark(world, sight)
     return _impossible(world)
+
+
+def _buried(world: World) -> bool:
+    """Whether all drops are below the ground."""
+    if world.around is None or world.around.ground is None:
+        return False
+    return float(world.volume.box_m[1, 2]) <= world.around.ground_m
 
 
 def _filled(world: World) -> str:

@@ -32,6 +32,9 @@ class FastMethod:
     Raises:
         UnavailableError: the picture or volume is beyond what this GL device takes.
         UnsuitedError: the method cannot draw this world within that error.
+
+    Attributes:
+        keeps_haze: whether :meth:`move` leaves the haze before the drops as it is, to be quick.
     """
 
     name: Literal["fast"] = "fast"
@@ -41,6 +44,7 @@ class FastMethod:
     ) -> None:
         check_world(gl, world)
         self._gl, self._seen = gl, world
+        self.keeps_haze = False
         self.plan = plan_world(world, frugal=frugal)
         self._drops = None if world.volume.uniform else volume_texture(gl, world.moments())
         self._target: FrameTarget | None = None
@@ -62,7 +66,7 @@ class FastMethod:
         """
         if not world.differs_in_places_alone(self.plan.world):
             return False
-        if world.haze is not None and not self._same_haze(world):
+        if not (self.keeps_haze or self._same_haze(world)):
             return False
         check_world(self._gl, world)
         plan = self.plan.moved(world)
@@ -85,9 +89,16 @@ class FastMethod:
     def _same_haze(self, world: World) -> bool:
         """Whether haze dims another world's light as it does this one's: its tables are of one sun
         and one eye."""
+        if world.haze is None:
+            return True
         seen = self._seen
         same = world.optics is seen.optics and bool(np.all(world.view.eye_m == seen.view.eye_m))
         return same or not self.lights
+
+    @property
+    def has_former_haze(self) -> bool:
+        """Whether the drops are dimmed as under a sun, or before an eye, of an earlier world."""
+        return not self._same_haze(self.plan.world)
 
     def prepare_moves(self) -> None:
         """Make the tables that moves to other places take, if there are none yet.

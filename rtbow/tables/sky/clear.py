@@ -32,8 +32,8 @@ OZONE = floats([0.0, 0.0125, 0.03, MOST_OZONE])
 ALBEDOS = (0.0, 0.5, 1.0)
 """Of even grounds; the fourth is water."""
 WATER_INDEX = 1.335
-"""In the middle of the visible: with the ends' own, 1.343 and 1.330, a field differs by 0.5 % at most,
-where water mirrors a high sun's red light."""
+"""In the middle of the visible: with the ends' own, 1.343 and 1.330, a field differs by 0.5 % at
+most, where water mirrors a high sun's red light."""
 
 FILE = "clear-sky.npz"
 

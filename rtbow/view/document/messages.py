@@ -67,6 +67,7 @@ class FrameDrawn:
         unsuited: why ``auto`` did not take ``fast``; empty if it did.
         renderer: the device.
         notes: what of the scene is not drawn as it stands, and why no bow shows.
+        behind: what sky stands in for the scene's own, which is being made; empty if none does.
     """
 
     number: int
@@ -78,6 +79,7 @@ class FrameDrawn:
     unsuited: str
     renderer: str
     notes: tuple[str, ...] = ()
+    behind: str = ""
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,23 @@ class Progressed:
 
 
 @dataclass(frozen=True)
+class SkyWaits:
+    """How far the sky is that pictures wait for.
+
+    Attributes:
+        number: 0, of no request.
+        share: 0 to 1; None where nothing is being solved for.
+        what: what is being done.
+        there: whether another picture would show more of it.
+    """
+
+    number: int
+    share: float | None
+    what: str
+    there: bool
+
+
+@dataclass(frozen=True)
 class Failed:
     """A request could not be done; ``kind`` says whose fault that is. Number 0 is of no request."""
 
@@ -123,7 +142,7 @@ def failure_of(reply: Failed) -> RtbowError:
     return _FAILURES[reply.kind](reply.message)
 
 
-Reply = FrameDrawn | FrameSaved | SpectrumTaken | Progressed | Failed
+Reply = FrameDrawn | FrameSaved | SpectrumTaken | Progressed | SkyWaits | Failed
 
 
 @dataclass(frozen=True)

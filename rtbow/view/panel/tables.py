@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
+from rtbow.scene.air import FREE_AEROSOL
 from rtbow.scene.droplets import BY_PARTS, Density, Droplets
 from rtbow.scene.lights import PointLight, SunLight
 from rtbow.scene.model import Scene
@@ -28,6 +29,7 @@ from rtbow.view.panel.unused import unused_keys
 _BY_PARTS = ("box_m", "radius", "density")
 """Keys that droplets need without a file."""
 _TABLES = ("radius", "density")
+_AEROSOL_MODEL = "atmosphere.aerosol.model"
 _SHARED = ("camera.size_px",)
 """Keys that both sides of a split picture have in common."""
 _SOURCE = own_row(
@@ -158,6 +160,9 @@ class Tables:
         changes = {row.path: value}
         if value is None:
             changes |= kinds.kept_in_place(self._proposals.scene, row.path)
+        if row.path == _AEROSOL_MODEL and value != "custom":
+            place = row.path.rpartition(".")[0]
+            changes |= {f"{place}.{key}": None for key in FREE_AEROSOL}
         drops = self._proposals.scene.droplets
         if row.path == "droplets.radius.mixing" and value == "per-point" and drops.grid is None:
             changes["droplets.grid"] = kinds.GRID

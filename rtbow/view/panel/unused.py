@@ -10,6 +10,7 @@ from functools import singledispatch
 from pydantic import BaseModel
 
 from rtbow.scene.aim import LOOKED_AT
+from rtbow.scene.air import FREE_AEROSOL, Aerosol
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lights import LIT, MOON, TIME_AND_PLACE, PointLight, SunLight, spectrum_file
 from rtbow.scene.model import Camera, Render, Scattering
@@ -79,6 +80,11 @@ def _(scattering: Scattering, method: str = "auto") -> set[str]:
     if scattering.refractive_index is not None:  # instead of water's
         unused |= {"water_temperature_c", "salinity_g_kg"}
     return unused
+
+
+@unused_keys.register
+def _(aerosol: Aerosol, method: str = "auto") -> set[str]:
+    return set() if aerosol.model == "custom" else {*FREE_AEROSOL}
 
 
 @unused_keys.register

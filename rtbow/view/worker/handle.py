@@ -24,6 +24,7 @@ from rtbow.view.document.messages import (
     Reload,
     Reply,
     Request,
+    SkyWaits,
 )
 from rtbow.view.worker.frame_memory import FrameReader
 from rtbow.view.worker.server import LAST_WORDS_S, serve
@@ -110,7 +111,7 @@ class Worker:
                     newest = self._frame is None or self._frame.number <= reply.number
                     self._waits_since_s = None if newest else time.monotonic()
                     continue
-                if not isinstance(reply, Progressed):
+                if not isinstance(reply, Progressed | SkyWaits):
                     # Frames before it were superseded.
                     number = reply.frame.number if isinstance(reply, Placed) else reply.number
                     self.pending = {n for n in self.pending if n > number}

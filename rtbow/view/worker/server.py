@@ -28,6 +28,7 @@ from rtbow.view.document.messages import (
     Progressed,
     Request,
     SaveFrame,
+    SkyWaits,
     SpectrumTaken,
     TakeSpectrum,
 )
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
     from rtbow.gl.context import Backend
     from rtbow.render.renderer import Renderer
     from rtbow.scene.model import Scene
+    from rtbow.view.document.messages import Reply
+    from rtbow.view.worker.skies import BesideSkies, Waiting
 
 LAST_WORDS_S = 2.0
 """Time that a process has to end by itself."""
@@ -45,6 +48,7 @@ _NICE = 10
 server by some tenths of a second."""
 _REST_S = 0.3
 """Time without requests after which the renderer prepares for moves."""
+_FORMER_HAZE = "haze before the drops as under the former sun for now"
 _GAP_S = 0.05
 """Shortest time between two reports of progress."""
 _EXPOSURE_STRIDE = 3
@@ -68,7 +72,10 @@ class Server:
         self._waiting: list[Request] = []
         self._ring = FrameRing()
         self._renderer: Renderer | None = None
+        self._skies: BesideSkies | None = None
+        self._sending = threading.Lock()
         self._reported = 0.0
+        self._places: object = None
         self._resting = False
 
     def listen(self) -> None:
@@ -100,13 +107,18 @@ class Server:
                     break
                 except RtbowError as error:
                     kind = {2: "input", 3: "machine"}.get(error.exit_code, "defect")
-                    self._pipe.send(Failed(request.number, kind, str(error)))  # type: ignore[arg-type]
+                    self._send(Failed(request.number, kind, str(error)))  # type: ignore[arg-type]
                 except Exception:
-                    self._pipe.send(Failed(request.number, "defect", traceback.format_exc()))
+                    self._send(Failed(request.number, "defect", traceback.format_exc()))
         except (_GoneError, BrokenPipeError, ConnectionError):
             pass
         finally:
             self._close()
+
+    def _send(self, reply: Reply | Begun | Placed) -> None:
+        """Send a reply; the thread that makes skies sends some, too."""
+        with self._sending:
+            self._pipe.send(reply)
 
     def _rest(self) -> None:
         """Wait for a request, and prepare for moves if none comes at once."""
@@ -121,12 +133,17 @@ class Server:
         if self._renderer is None or not self._resting:
             return
         self._resting = False
+        if self._skies is not None:
+            self._skies.ahead()
+        if self._renderer.is_rough:
+            self._send(SkyWaits(0, None, "", True))
+            return
         try:
             self._renderer.prepare_moves()
         except RtbowError:
             pass  # reported once such a frame is asked for
         except Exception:
-            self._pipe.send(Failed(0, "defect", traceback.format_exc()))
+            self._send(Failed(0, "defect", traceback.format_exc()))
 
     def _receive(self) -> None:
         """Queue all requests that have come."""
@@ -155,33 +172,58 @@ class Server:
     def _draw(self, request: DrawFrame) -> None:
         from rtbow.frames.display import auto_exposure_ev
 
-        self._pipe.send(Begun(request.number))
+        self._send(Begun(request.number))
         begun = time.perf_counter()
-        renderer = self._shown(request.scene)
+        # The next picture of the same places, once they rest, is exact.
+        places = request.scene.light, request.scene.camera.position_m
+        renderer = self._shown(request.scene, roughly=places != self._places)
+        self._places = places
         rgb = renderer.render(
             request.method,
             self._progress(request, "rendering"),
             self._progress(request, "building the table"),
         )
+        if self._skies is not None:
+            self._skies.end()
+        behind = "" if self._skies is None else self._skies.behind
+        if renderer.method_used == "reference":
+            behind = ""
+        elif renderer.is_rough:
+            behind = behind or _FORMER_HAZE
         frame = FrameDrawn(
             request.number, request.scene, np.empty((0, 0, 3), np.float32),
             time.perf_counter() - begun,
             auto_exposure_ev(rgb[::_EXPOSURE_STRIDE, ::_EXPOSURE_STRIDE]),
             renderer.method_used, renderer.unsuited, renderer.gl_renderer,
             (*renderer.notes, *renderer.unseen),
+            behind,
         )  # fmt: skip
         size_px = rgb.shape[1], rgb.shape[0]
-        self._pipe.send(Placed(frame, *self._ring.put(rgb), size_px))
+        self._send(Placed(frame, *self._ring.put(rgb), size_px))
         self._resting = True
 
-    def _shown(self, scene: Scene) -> Renderer:
+    def _shown(self, scene: Scene, *, roughly: bool) -> Renderer:
         from rtbow.render.renderer import Renderer  # slow to import: the process answers before
 
+        if self._skies is None and any(part.has_surroundings for part, _ in scene.parts()):
+            from rtbow.view.worker.skies import BesideSkies
+
+            self._skies = BesideSkies(self._tell_of_sky)
+            self._close_renderer()  # it makes its skies itself
+        if self._skies is not None:
+            self._skies.begin()
         if self._renderer is None:
-            self._renderer = Renderer(scene, self._backend)
+            self._renderer = Renderer(scene, self._backend, skies=self._skies)
         else:
-            self._renderer.show(scene)
+            self._renderer.show(scene, roughly=roughly)
         return self._renderer
+
+    def _tell_of_sky(self, waiting: Waiting | None) -> None:
+        """Tell the window how far a sky is, or that it is there."""
+        done = waiting is None
+        share, what = (None, "") if waiting is None else (waiting.share, waiting.what)
+        with suppress(OSError):  # the window has gone
+            self._send(SkyWaits(0, share, what, done))
 
     def _save(self, request: SaveFrame) -> None:
         from rtbow.base.files import check_writable
@@ -202,13 +244,13 @@ class Server:
             )
         for path in request.paths:
             write_frame(path, rgb, metadata, request.exposure_ev)
-        self._pipe.send(FrameSaved(request.number, request.paths))
+        self._send(FrameSaved(request.number, request.paths))
 
     def _take_spectrum(self, request: TakeSpectrum) -> None:
         from rtbow.view.picture.readout import spectrum_at
 
         wavelength_nm, radiance = spectrum_at(request.scene, np.array(request.direction))
-        self._pipe.send(SpectrumTaken(request.number, wavelength_nm, radiance))
+        self._send(SpectrumTaken(request.number, wavelength_nm, radiance))
 
     def _progress(self, request: Request, what: str, *, until_newer: bool = True) -> Progress:
         """Wrap loops so that they report progress, and end once they are superseded."""
@@ -224,7 +266,7 @@ class Server:
                 self._receive()
                 if until_newer and any(isinstance(r, DrawFrame) for r in self._waiting):
                     raise SupersededError
-                self._pipe.send(Progressed(request.number, (done + 1) / len(listed), label))
+                self._send(Progressed(request.number, (done + 1) / len(listed), label))
 
         return wrap
 
@@ -234,6 +276,8 @@ class Server:
         self._renderer = None
 
     def _close(self) -> None:
+        if self._skies is not None:
+            self._skies.close()
         self._close_renderer()
         self._ring.free()
 

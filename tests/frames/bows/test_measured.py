@@ -137,3 +137,63 @@ def test_a_frame_on_file_finds_its_scene(tmp_path):
     assert stored.exposure_ev == 12.5
     np.testing.assert_array_equal(stored.rgb, frame)
     assert stored.measured() == numbers(scene, frame)
+
+
+# --- Before a sky or a ground ------------------------------------------------------------------
+
+AROUND_KEYS = {"atmosphere.sky": True, "ground.albedo": 0.3}
+SMALL = {"camera.size_px": [160, 90], "droplets.box_m": [[-1e3, -1e3, 0.0], [1e3, 1e3, 1e3]],
+         "camera.altitude_deg": 21.0, "atmosphere.rayleigh": True}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pixel", ["centre", "area"])
+def test_bows_before_a_sky_are_measured_in_the_drops_own_light(pixel):
+    plain = {**SMALL, "camera.pixel": pixel}
+    with rtbow.Renderer(rtbow.load_scene("uniform", plain)) as renderer:
+        alone = renderer.measured(renderer.render("fast"))
+    with rtbow.Renderer(rtbow.load_scene("uniform", plain | AROUND_KEYS)) as renderer:
+        frame = renderer.render("fast")
+        found = renderer.measured(frame)
+        assert np.array_equal(renderer.render("fast"), frame)  # the sky is back
+    assert len(alone.bows) == 2
+    assert found.bows == alone.bows
+    assert found.left_out == ()
+    assert found.mean_luminance_cd_m2 > 1.5 * alone.mean_luminance_cd_m2
+
+
+@pytest.mark.slow
+def test_of_a_split_picture_each_side_has_its_own_bows():
+    keys = {**SMALL, "compare": {"right": {"atmosphere.sky": True, "ground.albedo": 0.3}}}
+    with rtbow.Renderer(rtbow.load_scene("uniform", keys)) as renderer:
+        found = renderer.measured(renderer.render("fast"))
+    left, right = ([bow for bow in found.bows if bow.part == part] for part in (0, 1))
+    assert [bow.bow for bow in left] == [bow.bow for bow in right] == ["primary", "secondary"]
+    for one, other in zip(left, right, strict=True):
+        assert one.radius_deg == pytest.approx(other.radius_deg, abs=0.05)
+
+
+@pytest.mark.parametrize("changes", [AROUND_KEYS, {"ground.albedo": 0.3}], ids=["sky", "ground"])
+def test_frames_that_hold_more_than_the_drops_light_say_so(tmp_path, changes):
+    scene = rtbow.load_scene("uniform", RINGS | changes)
+    frame = rings(scene, (41.6, 0.8, 1.0))
+    path = str(tmp_path / "frame.exr")
+    write_frame(path, frame, frame_metadata(scene, "rtbow render", "fast", "llvmpipe"))
+    found = stored_frame(path).measured()
+    assert found.bows == ()
+    (said,) = found.left_out
+    assert "a frame on file and method reference do not tell apart" in said
+    assert numbers(scene, frame, drops=frame).bows[0].radius_deg == pytest.approx(41.6, abs=0.03)
+
+
+def test_lamps_before_a_ground_have_one_note():
+    scene = rtbow.load_scene("street-lamp", {"ground.albedo": 0.3, "camera.size_px": [320, 180]})
+    found = numbers(scene, np.zeros((180, 320, 3), np.float32))
+    assert found.left_out == ("bows of lamps are not circles about a point and are not measured",)
+
+
+@pytest.mark.slow
+def test_the_reference_tells_no_light_apart():
+    small = {"camera.size_px": [16, 9], "render.wavelength_step_nm": 40.0, "ground.albedo": 0.3}
+    with rtbow.Renderer(rtbow.load_scene("uniform", small)) as renderer:
+        assert "method reference" in renderer.measured(renderer.render("reference")).left_out[0]

@@ -106,3 +106,18 @@ def test_the_renderer_says_it_of_its_last_frame():
         renderer.show(lit)
         assert renderer.render("reference").any()
         assert renderer.unseen == ()
+
+
+@pytest.mark.parametrize("low", [-300.0, -900.0])
+def test_rain_below_the_ground_is_hidden_by_it(low):
+    buried = {"droplets.box_m": [[-500.0, 300.0, low], [500.0, 1200.0, 0.0]]}
+    (line,) = said("uniform", {**buried, "ground.albedo": 0.3})
+    assert line.startswith("no bow in the picture: the rain (droplets.box_m) lies below the ground")
+    assert not any("below the ground" in line for line in said("uniform", buried))
+    part = {"droplets.box_m": [[-500.0, 300.0, low], [500.0, 1200.0, 900.0]]}
+    assert said("uniform", {**part, "ground.albedo": 0.3}) == ()
+
+
+def test_before_a_sky_the_picture_is_not_black_and_the_reason_stands():
+    (line,) = said("uniform", {"atmosphere.sky": True, "light.0.altitude_deg": 60.0})
+    assert line.startswith("no bow in the picture: the sun (light.0) is 60 deg high")

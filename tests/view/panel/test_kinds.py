@@ -154,6 +154,18 @@ def test_mixing_per_point_brings_a_grid(egl):
         assert stage.edits.scene.droplets.grid is not None
 
 
+def test_a_mixture_of_aerosol_leaves_out_the_numbers_of_a_free_one(egl):
+    changes = {"atmosphere.aerosol": {"model": "custom", "asymmetry": 0.5}}
+    with staged(egl, "uniform", changes=changes) as stage:
+        stage.open_all()
+        stage.click("atmosphere.aerosol.model")
+        stage.click("atmosphere.aerosol.model=maritime-clean")
+        aerosol = stage.edits.scene.atmosphere.aerosol
+        assert (aerosol.model, aerosol.asymmetry) == ("maritime-clean", None)
+        stage.edits.undo()
+        assert stage.edits.scene.atmosphere.aerosol.asymmetry == 0.5
+
+
 def test_a_sun_becomes_a_lamp_in_the_same_direction_and_back(uniform):
     uniform.click("light.0.spectrum")
     uniform.click("light.0.spectrum=equal-energy")

@@ -52,6 +52,8 @@ COMING = (
     ("light.0.latitude_deg", {}, TIMED),
     ("light.0.beyond", {}, {"light.0.spectrum": "FILE"}),
     ("by date.use", MOON, {"light.0.spectrum": "E490"}),
+    ("atmosphere.aerosol.asymmetry", {"atmosphere.aerosol": {}},
+     {"atmosphere.aerosol.model": "custom"}),
     ("camera.sensor_mm", {}, {"camera.focal_length_mm": 28.0}),
 )  # fmt: skip
 """Keys of the scene ``uniform``, what hides them and what brings them back."""

@@ -164,7 +164,7 @@ def test_preparing_for_moves_tells_of_a_mistake_of_ours_and_goes_on():
     def broken() -> None:
         raise ZeroDivisionError("half a table")
 
-    server._renderer = SimpleNamespace(prepare_moves=broken)
+    server._renderer = SimpleNamespace(is_rough=False, prepare_moves=broken)
     server._resting = True
     server._prepare_moves()
     reply = ours.recv()

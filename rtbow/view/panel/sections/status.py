@@ -78,6 +78,9 @@ class Status:
         if state.frame is None:
             imgui.text("")
             return
+        if state.frame.behind:
+            imgui.text_disabled(rows.cut(state.frame.behind))
+            return
         error, holds = error_text(state)
         if error:
             imgui.push_style_color(imgui.Col_.text, look.TEXT if holds else look.DIM)
