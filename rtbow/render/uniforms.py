@@ -17,6 +17,7 @@ from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.tables.airy import NEAR_Z_LOW
+from rtbow.world.camera.perspective import Perspective
 from rtbow.world.lights import Sun
 from rtbow.world.steps import LEAST_SEEN, UNSEEN_DEPTH, StepRates
 from rtbow.world.world import World
@@ -83,7 +84,7 @@ def lamp_points(world: World) -> int:
 def lamp_pixels_wide(world: World) -> bool:
     """Whether pixels that are means over their area are wider than a lamp's fringes."""
     view = world.view
-    return view.area and view.plane_pixel > _LAMP_WIDE * world.narrowest_bow_rad
+    return view.area and view.pixel_rad > _LAMP_WIDE * world.narrowest_bow_rad
 
 
 def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, Any]:
@@ -106,7 +107,7 @@ def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, A
         "march.airPerMetre": rates.air_per_metre,
         "march.fixedSteps": world.fineness.steps or 0,
     }
-    if view.area:
+    if view.area and isinstance(view, Perspective):
         uniforms["camera.axis"] = tuple(view.axis)
     if view.polarizer is not None:
         uniforms["camera.pass"] = tuple(view.polarizer)

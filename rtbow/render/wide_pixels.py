@@ -16,7 +16,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.base.errors import UnsuitedError
-from rtbow.world.camera import View
+from rtbow.world.camera.view import View
 from rtbow.world.world import World
 
 if TYPE_CHECKING:
@@ -38,11 +38,11 @@ def parts_of(view: View) -> int:
     """
     if not view.area:
         return 1
-    parts = math.ceil(view.plane_pixel / WIDEST_RAD)
+    parts = math.ceil(view.pixel_rad / WIDEST_RAD)
     width, height = view.size_px
     if parts > 1 and parts * parts * width * height > _MOST_PIXELS:
         raise UnsuitedError(
-            f"camera.pixel: pixels as areas that are {math.degrees(view.plane_pixel):.3g} degrees"
+            f"camera.pixel: pixels as areas that are {math.degrees(view.pixel_rad):.3g} degrees"
             f" wide would take {parts} x {parts} parts each; use a smaller camera.fov_deg, more"
             " pixels, or --method reference"
         )

@@ -20,7 +20,8 @@ from rtbow.scene.lights import TIME_AND_PLACE, SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.tables.mixtures import KeptMixtures
-from rtbow.world.camera import View, view_of
+from rtbow.world.camera.resolve import view_of
+from rtbow.world.camera.view import View
 from rtbow.world.inputs import InputFile, input_files
 from rtbow.world.lights import Sun, lamps, light_notes, suns
 from rtbow.world.optics import Optics, scene_optics

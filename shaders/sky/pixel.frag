@@ -86,7 +86,7 @@ Tristimulus around(Direction ray, SkyPlace at, Number disc) {
 }
 
 void main() {
-    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    Direction ray = pixelRay(camera, gl_FragCoord.xy);
     Angle above = altitudeOf(ray) - sky.horizon;
     Number away = length(ray - sky.towards);
 #if PIXEL_AREA

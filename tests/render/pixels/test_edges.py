@@ -6,7 +6,7 @@ import pytest
 from rtbow.physics.geometry import box_span
 from rtbow.render.edges import BLOCK, edge_blocks, rectangles
 from rtbow.scene.model import Camera
-from rtbow.world.camera import view_of
+from rtbow.world.camera.resolve import view_of
 
 BOX = np.array([[-1500.0, 200.0, 0.0], [1500.0, 1200.0, 1100.0]])
 CAMERAS = (
