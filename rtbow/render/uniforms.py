@@ -17,6 +17,7 @@ from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.tables.airy import NEAR_Z_LOW
+from rtbow.world.camera.panorama import Panorama
 from rtbow.world.camera.perspective import Perspective
 from rtbow.world.lights import Sun
 from rtbow.world.steps import LEAST_SEEN, UNSEEN_DEPTH, StepRates
@@ -66,6 +67,7 @@ def common_defines(world: World) -> dict[str, Define]:
         "UNSEEN_DEPTH": UNSEEN_DEPTH,
         "LEAST_SEEN": LEAST_SEEN,
         "POLARIZER": world.view.polarizer is not None,
+        "PANORAMA": isinstance(world.view, Panorama),
         "PIXEL_AREA": world.view.area,
         "MOST_BEND": MOST_BEND,
         "MOST_KINK": MOST_KINK,

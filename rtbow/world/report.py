@@ -124,6 +124,9 @@ def scene_report(scene: Scene) -> str:
 
 
 def _view_text(camera: Camera, view: View) -> str:
+    if camera.whole_sphere:
+        size = "{} x {} px".format(*view.size_px)
+        return f"all directions, {view.pixel_deg:.3g} deg a pixel, {size}"
     across, upright = view.fields_deg
     text = (
         f"{across:.4g} deg wide, {upright:.4g} deg high, {view.size_px[0]} x {view.size_px[1]} px"

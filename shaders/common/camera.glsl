@@ -1,5 +1,6 @@
 #include "common/definitions.glsl"
 #include "common/polarizer.glsl"
+#include "projection/panorama.glsl"
 #include "projection/perspective.glsl"
 
 // Share of the component perpendicular to the scattering plane in what the camera sees of a light.

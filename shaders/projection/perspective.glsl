@@ -2,6 +2,7 @@
 
 // A perspective camera: places of its picture are places of a plane at distance 1.
 
+#if !PANORAMA
 // Direction through a place of the picture; screen: -1..1 from left to right and bottom to top.
 Direction cameraRay(vec2 screen, mat3 basis) {
     return normalize(basis[0] + screen.x * basis[1] + screen.y * basis[2]);
@@ -73,4 +74,5 @@ vec3 rayAt(PixelRays rays, vec2 at) {
 vec2 evenPlace(PixelRays rays, vec2 at) {
     return at;
 }
+#endif
 #endif

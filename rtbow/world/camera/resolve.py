@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from rtbow.base.arrays import Array
 from rtbow.scene.model import Camera
+from rtbow.world.camera.panorama import panorama
 from rtbow.world.camera.perspective import perspective
 from rtbow.world.camera.view import View
 
 
 def view_of(camera: Camera) -> View:
     """Resolve a scene's camera."""
-    return perspective(camera)
+    return panorama(camera) if camera.whole_sphere else perspective(camera)
 
 
 def pixel_directions(camera: Camera, rows: slice = slice(None)) -> Array:
