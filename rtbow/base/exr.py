@@ -21,6 +21,7 @@ _RESERVED_ATTRIBUTES = frozenset(
         "chromaticities",
         "compression",
         "dataWindow",
+        "envmap",
         "displayWindow",
         "lineOrder",
         "pixelAspectRatio",

@@ -119,10 +119,11 @@ def render(
         numbers = renderer.measured(rgb, fringes=json_file is not None) if told else None
     metadata = frame_metadata(loaded, made.command, made.method, made.gl_renderer)
     for path in files:
-        write_frame(path, rgb, metadata, exposure)
+        write_frame(path, rgb, metadata, exposure, whole_sphere=loaded.camera.whole_sphere)
     if streams:  # last: its reader may leave
         suffix = f".{stream_format or _STREAM_FORMAT}"
-        write_frame(STREAM, rgb, metadata, exposure, suffix)
+        whole = loaded.camera.whole_sphere
+        write_frame(STREAM, rgb, metadata, exposure, suffix, whole_sphere=whole)
     if json_file is not None and numbers is not None:
         write_json(json_file, made.as_json(numbers))
     if not quiet and numbers is not None:

@@ -55,6 +55,8 @@ def write_frame(
     metadata: Mapping[str, str],
     exposure_ev: float | None = None,
     suffix: str = "",
+    *,
+    whole_sphere: bool = False,
 ) -> None:
     """Write a frame in the format of the suffix: radiance as ``.exr``, a picture as ``.png``.
 
@@ -66,6 +68,7 @@ def write_frame(
         exposure_ev: Exposure value (ISO 100) of the picture, which ``.exr`` notes as well; None
             chooses one by the frame, and ``.exr`` notes none.
         suffix: Which format; left out, the path's own.
+        whole_sphere: Whether it is a panorama, which ``.exr`` notes.
 
     Raises:
         InputError: The suffix is unknown or the file cannot be written.
@@ -73,7 +76,8 @@ def write_frame(
     """
     suffix = suffix or Path(path).suffix.lower()
     if suffix == ".exr":
-        write_exr(path, rgb, {**metadata, **_exposure_text(exposure_ev)})
+        texts = {**metadata, **_exposure_text(exposure_ev)}
+        write_exr(path, rgb, texts, whole_sphere=whole_sphere)
     elif suffix == ".png":
         if exposure_ev is None:
             exposure_ev = auto_exposure_ev(rgb)
@@ -89,13 +93,22 @@ def _exposure_text(exposure_ev: float | None) -> dict[str, str]:
     return {} if exposure_ev is None else {EXPOSURE_TEXT: f"{exposure_ev:.6g}"}
 
 
-def write_exr(path: PathLike, rgb: NDArray[np.float32], metadata: Mapping[str, str]) -> None:
+def write_exr(
+    path: PathLike,
+    rgb: NDArray[np.float32],
+    metadata: Mapping[str, str],
+    *,
+    whole_sphere: bool = False,
+) -> None:
     """Write a frame as OpenEXR with float32 channels R, G, B, whole or not at all.
 
     Args:
         path: The file.
         rgb: Linear Rec. 709 in cd/m², shape (h, w, 3); negative components are kept.
         metadata: String attributes by name.
+        whole_sphere: Whether it is a panorama by latitude and longitude, as OpenEXR's own attribute
+            ``envmap`` then says. Its axes are up (y), towards the middle of the picture (z) and
+            level to the left of that (x); its longitudes rise to the left.
 
     Raises:
         InputError: The file cannot be written.
@@ -106,7 +119,11 @@ def write_exr(path: PathLike, rgb: NDArray[np.float32], metadata: Mapping[str, s
     _require_shape(frame)
     require_finite(frame)
     channels = {c: frame[..., i] for i, c in enumerate("RGB")}
-    header = {"chromaticities": CHROMATICITIES, "whiteLuminance": 1.0}
+    header: dict[str, Any] = {"chromaticities": CHROMATICITIES, "whiteLuminance": 1.0}
+    if whole_sphere:
+        import OpenEXR
+
+        header["envmap"] = OpenEXR.ENVMAP_LATLONG
     write_exr_channels(path, channels, metadata, header)
 
 

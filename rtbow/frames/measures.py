@@ -13,7 +13,8 @@ from rtbow.base.errors import RtbowError
 from rtbow.physics.geometry import angle_between
 from rtbow.physics.light.colour import D65_XYZ, rgb_to_xyz, xyz_to_rgb
 from rtbow.scene.model import Camera
-from rtbow.world.camera import camera_basis, pixel_directions
+from rtbow.world.camera.perspective import camera_basis
+from rtbow.world.camera.resolve import pixel_directions
 
 Channel = Literal["red", "green", "blue", "luminance"]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rtbow.base.arrays import Array, Indices, floats
-from rtbow.world.camera import View
+from rtbow.world.camera.view import View
 
 _LATTICES = (
     (34, 21), (55, 21), (89, 55), (144, 89), (233, 89), (377, 233), (610, 377), (987, 377),
@@ -34,7 +34,7 @@ def pixel_points(view: View, disc_rad: float) -> Array:
         disc_rad: angular radius of the narrowest light.
     """
     # The picture plane's pixels subtend the most in its middle.
-    wide = view.plane_pixel * np.sqrt(2.0) / max(disc_rad, _POINT_LIGHT_RAD)
+    wide = view.pixel_rad * np.sqrt(2.0) / max(disc_rad, _POINT_LIGHT_RAD)
     wanted = _LEAST_POINTS + _POINTS_PER_DISC * wide
     count, generator = next((n for n in _LATTICES if n[0] >= wanted), _LATTICES[-1])
     index = np.arange(count) + 0.5

@@ -18,7 +18,7 @@ from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import GlProgram, Texture, row_texture
 from rtbow.render.uniforms import MOST_BEND, MOST_KINK, NEAR_LAMP
-from rtbow.world.camera import View
+from rtbow.world.camera.view import View
 
 BLOCK = 4
 """Pixels along a block's sides: those that Mesa's CPU driver shades together."""
@@ -64,8 +64,7 @@ def _at_edges(
     rays, _ = view.rays_through(
         floats((across + 0.5) * block), floats(view.size_px[1] - (up + 0.5) * block)
     )
-    pixel = _extents(view, rays)
-    wide = (block + 2) * pixel
+    pixel, wide = view.block_extents(rays, block)
     low, high = box_m - view.eye_m
     flat = np.abs(rays) < wide  # some ray may be along the faces
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -94,20 +93,9 @@ def _at_edges(
     if lamp_m is not None:
         towards = lamp_m - view.eye_m
         side = np.linalg.norm(np.cross(towards, rays), axis=1)
-        reach = (NEAR_LAMP + block) * view.plane_pixel
+        reach = (NEAR_LAMP + block) * view.pixel_rad
         edges |= side < reach * np.maximum(rays @ towards, 0.0)
     return np.asarray(edges)
-
-
-def _extents(view: View, rays: Array) -> Array:
-    """By how much each component of pixels' rays changes from one side to the other (n, 3)."""
-    _, right, up = view.basis
-    size = np.array(view.size_px, dtype=float)
-    squares = sum(
-        ((axis - (rays @ axis)[:, None] * rays) / count) ** 2
-        for axis, count in zip((right, up), size, strict=True)
-    )
-    return floats(2.0 * (rays @ view.axis)[:, None] * np.sqrt(squares))
 
 
 def rectangles(mask: Mask, size_px: tuple[int, int]) -> Float32:

@@ -285,7 +285,7 @@ class _Passes:
                 program.bind(name, texture)
             set_uniforms(program, uniforms)
         if self._block:
-            beside = 2.0 * self._block * world.view.plane_pixel
+            beside = 2.0 * self._block * world.view.pixel_rad
             near = 2.0 * np.sin(0.5 * sun.disc_rad) + beside if sun.disc_radiance > 0.0 else 0.0
             self._node.set("nearSun", near)
 

@@ -17,6 +17,8 @@ from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.physics.drop.airy import SCALE_POWER, Bow
 from rtbow.physics.light.colour import XYZ_TO_RGB
 from rtbow.tables.airy import NEAR_Z_LOW
+from rtbow.world.camera.panorama import Panorama
+from rtbow.world.camera.perspective import Perspective
 from rtbow.world.lights import Sun
 from rtbow.world.steps import LEAST_SEEN, UNSEEN_DEPTH, StepRates
 from rtbow.world.world import World
@@ -65,6 +67,7 @@ def common_defines(world: World) -> dict[str, Define]:
         "UNSEEN_DEPTH": UNSEEN_DEPTH,
         "LEAST_SEEN": LEAST_SEEN,
         "POLARIZER": world.view.polarizer is not None,
+        "PANORAMA": isinstance(world.view, Panorama),
         "PIXEL_AREA": world.view.area,
         "MOST_BEND": MOST_BEND,
         "MOST_KINK": MOST_KINK,
@@ -83,7 +86,7 @@ def lamp_points(world: World) -> int:
 def lamp_pixels_wide(world: World) -> bool:
     """Whether pixels that are means over their area are wider than a lamp's fringes."""
     view = world.view
-    return view.area and view.plane_pixel > _LAMP_WIDE * world.narrowest_bow_rad
+    return view.area and view.pixel_rad > _LAMP_WIDE * world.narrowest_bow_rad
 
 
 def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, Any]:
@@ -106,7 +109,7 @@ def common_uniforms(world: World, box_m: Array, rates: StepRates) -> dict[str, A
         "march.airPerMetre": rates.air_per_metre,
         "march.fixedSteps": world.fineness.steps or 0,
     }
-    if view.area:
+    if view.area and isinstance(view, Perspective):
         uniforms["camera.axis"] = tuple(view.axis)
     if view.polarizer is not None:
         uniforms["camera.pass"] = tuple(view.polarizer)

@@ -16,7 +16,8 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32, Progress, floats, no_progress
 from rtbow.base.errors import UnsuitedError
-from rtbow.world.camera import View
+from rtbow.world.camera.panorama import Panorama
+from rtbow.world.camera.view import View
 from rtbow.world.world import World
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
 WIDEST_RAD = 0.046
 """The widest pixel on the picture plane at distance 1 that is drawn as a whole; its mean is within
 1.6 (CIEDE2000) of that of 16 x 16 parts, and those of all but one in a hundred within 0.5."""
+WIDEST_OF_PANORAMA_RAD = 0.0125
+"""The same of a panorama, whose pixels are as wide all along the horizon, and at the poles are
+triangles."""
 _MOST_PIXELS = 1 << 24
 """More parts than this, of all pixels, are left to the reference."""
 
@@ -38,11 +42,12 @@ def parts_of(view: View) -> int:
     """
     if not view.area:
         return 1
-    parts = math.ceil(view.plane_pixel / WIDEST_RAD)
+    widest = WIDEST_OF_PANORAMA_RAD if isinstance(view, Panorama) else WIDEST_RAD
+    parts = math.ceil(view.pixel_rad / widest)
     width, height = view.size_px
     if parts > 1 and parts * parts * width * height > _MOST_PIXELS:
         raise UnsuitedError(
-            f"camera.pixel: pixels as areas that are {math.degrees(view.plane_pixel):.3g} degrees"
+            f"camera.pixel: pixels as areas that are {math.degrees(view.pixel_rad):.3g} degrees"
             f" wide would take {parts} x {parts} parts each; use a smaller camera.fov_deg, more"
             " pixels, or --method reference"
         )

@@ -39,6 +39,7 @@ from rtbow.scene.air import Atmosphere, Ground
 from rtbow.scene.droplets import Droplets
 from rtbow.scene.lens import FOCAL_LENGTHS_MM, with_field_of_view
 from rtbow.scene.lights import Light, PointLight
+from rtbow.scene.panorama import PANORAMA, as_panorama
 from rtbow.scene.table import AltitudeDeg, Point, Table, misplaced, refused, shown_as
 
 Pixels = Annotated[int, Field(ge=1, le=16384)]
@@ -50,7 +51,7 @@ Shift = Annotated[float, Field(ge=-2, le=2)]
 
 
 class Camera(Table):
-    """A perspective camera."""
+    """A camera: a lens before a plane, or all directions."""
 
     position_m: Point = Field(
         (0.0, 0.0, 1.6),
@@ -83,6 +84,15 @@ class Camera(Table):
         "[azimuth, altitude]; left out: azimuth_deg and altitude_deg",
         json_schema_extra=shown_as(
             "", "The view follows the first sun, or the first lamp where there is no sun."
+        ),
+    )
+    projection: Literal["perspective", "panorama"] = Field(
+        "perspective",
+        description="perspective for the picture of a lens, panorama for all directions: azimuth "
+        "across, azimuth_deg in the middle, and altitude, zenith on top; twice as wide as high, "
+        "without altitude_deg, fov_deg and what else a lens has",
+        json_schema_extra=shown_as(
+            "", "A panorama shows the whole bow, its sky and the sun in one picture."
         ),
     )
     fov_deg: float = Field(
@@ -181,6 +191,18 @@ class Camera(Table):
                 cls.__name__, [_one_too_many((key,), "look") for key in beside]
             )
         return {**data, **angles, "look": None}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _shows_all_directions(cls, data: Any) -> Any:  # before the others: the last goes first
+        """Check and complete a panorama."""
+        whole = isinstance(data, dict) and data.get("projection") == PANORAMA
+        return as_panorama(data) if whole else data
+
+    @property
+    def whole_sphere(self) -> bool:
+        """Whether the picture shows all directions."""
+        return self.projection == PANORAMA
 
     @field_validator("look", mode="before")
     @classmethod
@@ -408,6 +430,8 @@ class Scene(Table):
             object.__setattr__(self, "droplets", self._following(droplets, box, "around_m"))
         if camera.look is not None:
             angles = dict(zip(LOOKED_AT, self._look_deg(camera.look), strict=True))
+            if camera.whole_sphere:
+                angles["altitude_deg"] = 0.0
             object.__setattr__(self, "camera", self._following(camera, angles, "look"))
 
     def _following(

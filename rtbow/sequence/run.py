@@ -254,7 +254,7 @@ class _Run:
             assert picture is not None
             write_png(path, picture, {**texts, "exposureEV100": f"{ev:.6g}"})
         else:
-            write_exr(path, frame.rgb, texts)
+            write_exr(path, frame.rgb, texts, whole_sphere=scene.camera.whole_sphere)
         self._records[pattern.record].add(path, self._made_of(number, ev=ev))
 
     def film_metadata(self) -> dict[str, str]:

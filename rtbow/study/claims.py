@@ -19,7 +19,7 @@ from rtbow.physics.light.colour import luminance, rgb_to_xyz
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 from rtbow.reference.render import radiance_along
 from rtbow.scene.model import Scene
-from rtbow.world.camera import pixel_directions, view_of
+from rtbow.world.camera.resolve import pixel_directions, view_of
 from rtbow.world.lights import lamps, suns
 from rtbow.world.rain.volume import scene_volume
 from rtbow.world.world import resolve

@@ -15,7 +15,7 @@ from rtbow.physics.light.spectrum import luminous
 from rtbow.scene.lens import FULL_FRAME_MM, frame_width_mm
 from rtbow.scene.lights import PointLight, SunLight
 from rtbow.scene.model import Camera, Scene
-from rtbow.world.camera import View
+from rtbow.world.camera.view import View
 from rtbow.world.lights import NEAREST_M, Lamp, Sun
 from rtbow.world.rain.extinction import (
     MIDDLE_NM,
@@ -124,6 +124,9 @@ def scene_report(scene: Scene) -> str:
 
 
 def _view_text(camera: Camera, view: View) -> str:
+    if camera.whole_sphere:
+        size = "{} x {} px".format(*view.size_px)
+        return f"all directions, {view.pixel_deg:.3g} deg a pixel, {size}"
     across, upright = view.fields_deg
     text = (
         f"{across:.4g} deg wide, {upright:.4g} deg high, {view.size_px[0]} x {view.size_px[1]} px"
@@ -132,7 +135,7 @@ def _view_text(camera: Camera, view: View) -> str:
         wide, high = camera.sensor_mm or FULL_FRAME_MM
         return f"{text}; {camera.focal_length_mm:g} mm lens on a sensor of {wide:g} x {high:g} mm"
     wide = frame_width_mm(FULL_FRAME_MM, view.size_px)
-    focal = wide / (view.plane_pixel * view.size_px[0])
+    focal = wide / (view.pixel_rad * view.size_px[0])
     return f"{text}; as a lens of {focal:.3g} mm on full frame"
 
 
@@ -205,7 +208,7 @@ def _extinction_lines(scene: Scene, world: World) -> list[tuple[str, str]]:
 
 def _central_depth(world: World, rain: RainExtinction) -> tuple[float, float]:
     """Give the way of the central ray through the box, m, and its optical depth as drawn."""
-    eye, forward = world.view.eye_m, world.view.basis[0] / np.linalg.norm(world.view.basis[0])
+    eye, forward = world.view.eye_m, world.view.forward
     entry, leave = box_span(eye, forward[None], world.volume.box_m)
     length = max(float(leave[0] - entry[0]), 0.0)
     if length == 0.0:

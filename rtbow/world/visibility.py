@@ -13,7 +13,7 @@ from rtbow.physics.drop.medium import Medium
 from rtbow.physics.geometry import box_span, direction
 from rtbow.scene.lights import SunLight
 from rtbow.scene.model import Scene
-from rtbow.world.camera import View, view_of
+from rtbow.world.camera.resolve import view_of
 from rtbow.world.rain.box import box_of
 
 NAMES = {1: "primary", 2: "secondary"}
@@ -109,7 +109,7 @@ def sun_notes(scene: Scene) -> tuple[str, ...]:
     if not len(bow):
         return (note,)
     camera, centre_deg = scene.camera, (azimuth + 180.0) % 360.0
-    seen = bow[_within(view_of(camera), bow)]
+    seen = bow[view_of(camera).shows(bow)]
     if not len(seen):
         return note, (
             f"the bow is outside the picture: its centre is at azimuth {centre_deg:.1f}, altitude"
@@ -133,14 +133,6 @@ def _circle(axis: Array, radius_rad: float) -> Array:
     turn = np.linspace(0.0, 2.0 * np.pi, _CIRCLE, endpoint=False)[:, None]
     around = np.cos(turn) * across + np.sin(turn) * np.cross(axis, across)
     return floats(np.cos(radius_rad) * axis + np.sin(radius_rad) * around)
-
-
-def _within(view: View, rays: Array) -> NDArray[np.bool_]:
-    """Give which unit vectors (n, 3) are within the picture."""
-    forward, *sides = view.basis
-    ahead = rays @ forward
-    shares = [np.abs(rays @ side) <= ahead * (side @ side) for side in sides]
-    return np.asarray((ahead > 0.0) & shares[0] & shares[1])
 
 
 def _cross(eye_m: Array, rays: Array, box_m: Array) -> NDArray[np.bool_]:

@@ -20,7 +20,9 @@ from rtbow.scene.lights import TIME_AND_PLACE, SunLight
 from rtbow.scene.model import Scene
 from rtbow.scene.text.values import scene_files
 from rtbow.tables.mixtures import KeptMixtures
-from rtbow.world.camera import View, view_of
+from rtbow.world.camera.notes import lens_notes
+from rtbow.world.camera.resolve import view_of
+from rtbow.world.camera.view import View
 from rtbow.world.inputs import InputFile, input_files
 from rtbow.world.lights import Sun, lamps, light_notes, suns
 from rtbow.world.optics import Optics, scene_optics
@@ -259,6 +261,7 @@ def _notes(scene: Scene) -> tuple[str, ...]:
     told = "" if radius is None else left_out(radius)
     return (
         *((f"droplets.radius: {told}",) if told else ()),
+        *lens_notes(scene),
         *surroundings_notes(scene),
         *light_notes(scene),
     )

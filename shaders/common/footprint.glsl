@@ -6,15 +6,6 @@
 // What a pixel that is a mean over its solid angle needs beside the ray through its centre.
 
 #if PIXEL_AREA
-// By how much the cosine of a scattering angle changes from one side of a pixel to the other, along
-// both sides. Turned by half a pixel along a, the ray r moves by a / 2 less what of that is along r, over
-// its length on the picture plane at distance 1, which is the inverse of the cosine from the axis.
-vec2 cosineRise(Camera camera, Direction towardsLight, Direction ray, Number cosine) {
-    vec2 along = vec2(dot(ray, camera.basis[1]), dot(ray, camera.basis[2]));
-    vec2 towards = vec2(dot(towardsLight, camera.basis[1]), dot(towardsLight, camera.basis[2]));
-    return 2.0 / camera.size * dot(ray, camera.axis) * (towards - cosine * along);
-}
-
 // A pixel's extents across the scattering angle: its cosine changes by its sine. Both vanish at the
 // poles, where the angle has no direction.
 vec2 pixelExtent(Camera camera, Direction towardsLight, Direction ray) {
@@ -29,16 +20,6 @@ vec2 chordExtent(Camera camera, Direction towardsLight, Direction ray) {
     Number cosine = dot(towardsLight, ray);
     return cosineRise(camera, towardsLight, ray, cosine)
         * inversesqrt(max(2.0 - 2.0 * abs(cosine), 1.0e-6));
-}
-
-// By how much each component of a pixel's rays changes from one side to the other: the root of the
-// sum of squares over both sides, as a box of the same variance has it.
-vec3 rayExtent(Camera camera, Direction ray) {
-    vec3 right = camera.basis[1] - dot(camera.basis[1], ray) * ray;
-    vec3 up = camera.basis[2] - dot(camera.basis[2], ray) * ray;
-    vec3 squared = right * right / (camera.size.x * camera.size.x)
-        + up * up / (camera.size.y * camera.size.y);
-    return 2.0 * dot(ray, camera.axis) * sqrt(squared);
 }
 
 const Length FARTHEST = 3.0e38;
@@ -118,24 +99,19 @@ PixelSpan pixelSpan(Camera camera, vec2 pixel, Direction ray, vec2 span, Positio
                     Number extinction) {
     // No branch: Mesa's CPU driver runs through one that no pixel takes, but ends a loop at once.
     int points = meetsEvenly(ray, rayExtent(camera, ray), low, high) ? 0 : EDGE_POINTS;
-    vec2 screen = 2.0 * pixel / camera.size - 1.0;
-    vec3 middle = camera.basis[0] + screen.x * camera.basis[1] + screen.y * camera.basis[2];
-    vec3 right = 2.0 / camera.size.x * camera.basis[1];
-    vec3 up = 2.0 / camera.size.y * camera.basis[2];
-    Number toPlane = length(middle);
+    PixelRays rays = pixelRays(camera, pixel);
     Length total = 0.0;
     vec2 place = vec2(0.0);
     vec2 squares = vec2(0.0);
     vec2 ends = vec2(0.0);
     for (int k = 0; k < points; ++k) {
-        vec2 at = edgePoint(k);
-        // Lengths of rays that reach to the picture plane: all as good as alike over a pixel.
-        vec3 inverse = 1.0 / (middle + at.x * right + at.y * up);
+        vec2 at = evenPlace(rays, edgePoint(k));
+        vec3 inverse = 1.0 / rayAt(rays, at);
         vec3 first = low * inverse;
         vec3 second = high * inverse;
         vec3 near = min(first, second);
         vec3 far = max(first, second);
-        vec2 within = toPlane * vec2(max(max(near.x, near.y), max(near.z, 0.0)),
+        vec2 within = rays.toPlane * vec2(max(max(near.x, near.y), max(near.z, 0.0)),
                                      min(min(far.x, far.y), far.z));
         Length chord = seenLength(max(within.y - within.x, 0.0), extinction);
         total += chord;
@@ -163,15 +139,15 @@ const int LAMP_GENERATOR = 5;
 // these. Otherwise the light has nothing finer than a pixel but at the edges of the rain, and in the few
 // pixels about the lamp, where it grows as the inverse of the distance.
 int lampPoints(Camera camera, Direction ray, Position low, Position high, Position lamp) {
-    Number pixel = 2.0 * length(camera.basis[1]) / camera.size.x;
-    bool near = length(cross(lamp, ray)) < NEAR_LAMP * pixel * dot(lamp, ray);
+    bool near = length(cross(lamp, ray)) < NEAR_LAMP * pixelWidth(camera) * dot(lamp, ray);
     return !LAMP_WIDE && !near && meetsEvenly(ray, rayExtent(camera, ray), low, high) ? 1 : LAMP_POINTS;
 }
 
 // The k-th of so many rays.
 Direction lampPointRay(Camera camera, vec2 pixel, int k, int points) {
-    vec2 away = points > 1 ? latticePoint(k, LAMP_POINTS, LAMP_GENERATOR) : vec2(0.0);
-    return rayThrough(camera, pixel + away);
+    if (points == 1) return pixelRay(camera, pixel);
+    vec2 at = latticePoint(k, LAMP_POINTS, LAMP_GENERATOR);
+    return rayThrough(camera, pixel + evenPlace(pixelRays(camera, pixel), at));
 }
 #endif
 

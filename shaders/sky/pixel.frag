@@ -18,6 +18,16 @@ Number shareBefore(Number ahead, Number change) {
     return change > 0.0 ? clamp(ahead / change + 0.5, 0.0, 1.0) : float(ahead >= 0.0);
 }
 
+// Share of a pixel of some width that a disc of a radius fills whose centre is `away`: a cone's, which in
+// all keeps the disc's solid angle, however small it is.
+Number discShare(Number radius, Number away, Number width) {
+    if (radius == 0.0) return 0.0;
+    Number disc = radius * radius;
+    Number pixel = width * width;
+    Number edge = sqrt(max(disc - pixel / 12.0, 0.25 * pixel));
+    return min(1.0, 3.0 * disc / max(pixel, 1.0e-30)) * shareBefore(edge - away, width);
+}
+
 void main() {
 #if BLOCKS
     if (texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0).r < 0.5) {
@@ -26,7 +36,7 @@ void main() {
         return;
     }
 #endif
-    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    Direction ray = pixelRay(camera, gl_FragCoord.xy);
     Angle above = altitudeOf(ray) - sky.horizon;
     Number away = length(ray - sky.towards);
     Direction onward = ray;
@@ -36,23 +46,18 @@ void main() {
 #endif
 #if PIXEL_AREA
     Angle rise = abs(dFdx(above)) + abs(dFdy(above));
-    Number turn = abs(dFdx(away)) + abs(dFdy(away));
+    Number width = sqrt(length(dFdx(ray)) * length(dFdy(ray)));
 #else
     const Angle rise = 0.0;
-    const Number turn = 0.0;
+    const Number width = 0.0;
 #endif
-    Number disc = sky.disc > 0.0 ? shareBefore(sky.disc - away, turn) : 0.0;
+    Number disc = discShare(sky.disc, away, width);
 #if POLARIZER
     disc *= 0.5;
 #endif
     Number below = 0.0;
 #if WATER
-#if PIXEL_AREA
-    Number sweep = abs(dFdx(beside)) + abs(dFdy(beside));
-#else
-    const Number sweep = 0.0;
-#endif
-    if (sky.disc > 0.0) below = shareBefore(sky.disc - beside, sweep);
+    below = discShare(sky.disc, beside, width);
 #endif
     Number share = shareBefore(above, rise);
     Tristimulus light = vec3(0.0);

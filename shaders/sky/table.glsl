@@ -89,7 +89,8 @@ vec3 stokesPassed(Camera camera, Sky sky, Direction ray) {
     level = size > 1.0e-6 ? level / size : vec3(-sky.azimuth.y, sky.azimuth.x, 0.0);
     level *= side < 0.0 ? -1.0 : 1.0;
     vec3 upright = side < 0.0 ? cross(level, ray) : cross(ray, level);
-    vec2 field = vec2(dot(camera.pass, level), dot(camera.pass, upright));
+    Direction pass = passedAlong(camera, ray);
+    vec2 field = vec2(dot(pass, level), dot(pass, upright));
     vec2 squares = field * field / max(dot(field, field), 1.0e-30);
     Number product = field.x * field.y / max(dot(field, field), 1.0e-30);
     return 0.5 * vec3(1.0, squares.x - squares.y, 2.0 * product);

@@ -30,7 +30,7 @@ uniform Theory lampTheory;          // without a disc, with running integrals
 out vec4 radiance;
 
 void main() {
-    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    Direction ray = pixelRay(camera, gl_FragCoord.xy);
     vec2 span = boxSpan(ray, volume.low, volume.high);
     Tristimulus sum = vec3(0.0);
 #if PIXEL_AREA

@@ -19,7 +19,7 @@ from rtbow.bench.scaling import write_smooth_volume
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.reference.render import render_reference
 from rtbow.scene.text.file import load_scene
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 from rtbow.world.world import resolve
 
 

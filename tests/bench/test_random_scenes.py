@@ -13,7 +13,7 @@ from rtbow.bench.random_scenes import random_scene, random_seed, random_text
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.reference.render import radiance_along
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 from rtbow.world.world import resolve
 
 pytestmark = pytest.mark.slow

@@ -64,6 +64,18 @@ def test_exr_round_trip_is_exact(tmp_path, frame):
     assert os.listdir(tmp_path) == ["frame.exr"]
 
 
+def test_a_panorama_says_so_in_openexrs_own_attribute(tmp_path, frame):
+    write_frame(tmp_path / "whole.exr", frame, METADATA, whole_sphere=True)
+    write_frame(tmp_path / "lens.exr", frame, METADATA)
+    # Name, type, size of the value, ENVMAP_LATLONG: as ImfEnvmap.h has them.
+    stored = b"envmap\0envmap\0\x01\0\0\0\x00"
+    assert stored in (tmp_path / "whole.exr").read_bytes()
+    assert b"envmap" not in (tmp_path / "lens.exr").read_bytes()
+    back, metadata = read_exr(tmp_path / "whole.exr")
+    np.testing.assert_array_equal(back, frame)
+    assert metadata == METADATA
+
+
 def test_exr_has_separate_float_channels_and_standard_attributes(tmp_path, frame):
     path = tmp_path / "frame.exr"
     write_exr(path, frame, METADATA)

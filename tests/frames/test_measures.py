@@ -11,7 +11,7 @@ from rtbow.physics.geometry import direction
 from rtbow.physics.light.colour import rgb_to_xyz, xyz_to_rgb
 from rtbow.scene.model import Camera
 from rtbow.tables.airy import airy_table
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 
 CAMERA = Camera(altitude_deg=20.0, fov_deg=84.0, size_px=(320, 180))
 AXIS = direction(0.0, -20.0)

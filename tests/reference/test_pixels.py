@@ -9,7 +9,7 @@ from rtbow.reference import pixels
 from rtbow.reference.pixels import pixel_means, pixel_points
 from rtbow.reference.render import radiance_of_pixels, render_reference
 from rtbow.scene.model import Camera
-from rtbow.world.camera import view_of
+from rtbow.world.camera.resolve import view_of
 from rtbow.world.world import resolve
 
 

@@ -9,7 +9,8 @@ from rtbow.physics.geometry import box_span
 from rtbow.physics.light.colour import XYZ_TO_RGB, xyz_to_rgb
 from rtbow.render.uniforms import matrix_literal
 from rtbow.scene.model import Camera
-from rtbow.world.camera import camera_basis, pixel_directions
+from rtbow.world.camera.perspective import camera_basis
+from rtbow.world.camera.resolve import pixel_directions
 from rtbow.world.rain.volume_compiled import interpolate
 
 

@@ -350,7 +350,7 @@ def test_a_double_click_centres_the_antisolar_point(live):
     x, y = live.middle()
     live.click(x, y, times=2)
     camera = live.viewer.edits.scene.camera
-    from rtbow.world.camera import camera_basis
+    from rtbow.world.camera.perspective import camera_basis
 
     forward = camera_basis(camera)[0]
     assert forward @ antisolar(live.viewer.edits.scene) == pytest.approx(1.0, abs=1e-9)

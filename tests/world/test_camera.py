@@ -10,7 +10,8 @@ from rtbow.scene.model import Camera
 from rtbow.scene.text.file import scene_from_text
 from rtbow.scene.text.values import changed_scene, differences, values_of
 from rtbow.view.picture.projection import View as Picture
-from rtbow.world.camera import camera_basis, pixel_directions, view_of
+from rtbow.world.camera.perspective import camera_basis
+from rtbow.world.camera.resolve import pixel_directions, view_of
 from scene_samples import BASE, problems
 
 

@@ -12,7 +12,7 @@ from rtbow.physics.geometry import direction
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.scene.model import Camera, Scene
-from rtbow.world.camera import view_of
+from rtbow.world.camera.resolve import view_of
 from rtbow.world.measured.spectra import load_spectrum
 
 RADIUS_UM = 120.0

@@ -13,7 +13,7 @@ from budget.strips import drop_xyz, drops_per_area
 from rtbow.base.arrays import Array, floats
 from rtbow.frames.difference import frame_difference
 from rtbow.scene.model import Scene
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 from rtbow.world.lights import suns
 
 

@@ -14,7 +14,7 @@ from rtbow.frames.difference import Spread, frame_difference
 from rtbow.physics.geometry import box_span
 from rtbow.render.renderer import MethodName
 from rtbow.scene.model import Scene
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 from rtbow.world.lights import suns
 from rtbow.world.optics import scene_optics
 from rtbow.world.rain.extinction import MIDDLE_NM, effective_efficiencies

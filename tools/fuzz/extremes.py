@@ -19,6 +19,7 @@ from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.air import ALBEDOS, FREE_AEROSOL
 from rtbow.scene.droplets import BY_PARTS
 from rtbow.scene.lights import FROM_TIME, LIT, MOON, TIME_AND_PLACE
+from rtbow.scene.panorama import LENS_ALONE, PANORAMA, make_whole
 from rtbow.scene.radius import density_key
 from rtbow.scene.text.schema import ROOT, Node, walk_fields
 
@@ -45,7 +46,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
         values.get("scattering", {}).pop("theory", None)
     camera = values.setdefault("camera", {})
     camera.setdefault("size_px", _size(rng))  # the default is of a picture, and takes minutes
-    _fit_lens(camera)
+    _fit_lens(camera, values.get("compare", {}).get("right", {}))
     _fit_droplets(rng, values["droplets"])
     _fit_medium(rng, values.get("scattering", {}))
     for light in values["light"]:
@@ -57,9 +58,13 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
     return values
 
 
-def _fit_lens(camera: dict[str, Any]) -> None:
-    """Leave out what does not go with a lens, or a sensor without one."""
+def _fit_lens(camera: dict[str, Any], right: dict[str, Any]) -> None:
+    """Leave out what does not go with a lens, a sensor without one, and either of a panorama."""
     camera.pop("fov_deg" if "focal_length_mm" in camera else "sensor_mm", None)
+    if camera.get("projection") == PANORAMA:
+        make_whole(camera, set())
+        for key in LENS_ALONE:
+            right.pop(f"camera.{key}", None)
 
 
 def scene_text(rng: Rng, cost: Cost = "airy") -> str:
@@ -204,7 +209,7 @@ def _right(rng: Rng) -> dict[str, Any]:
         if (
             table.startswith(("camera", "atmosphere", "scattering", "render"))
             and table != "atmosphere.aerosol"  # whose sky would take minutes
-            and key != "look"
+            and key not in ("look", "projection")
         )
         or key in ("spectrum", "extinction", "seed")
     ]

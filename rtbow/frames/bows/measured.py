@@ -21,7 +21,7 @@ from rtbow.physics.geometry import angle_between, box_span
 from rtbow.physics.light.colour import luminance
 
 if TYPE_CHECKING:
-    from rtbow.world.camera import View
+    from rtbow.world.camera.view import View
     from rtbow.world.world import World
 
 BOW_NAMES = {1: "primary", 2: "secondary"}

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from rtbow.base.arrays import Array, floats
 from rtbow.physics.drop.airy import unit_angle
 from rtbow.physics.geometry import angle_between, box_span
-from rtbow.scene.model import Camera
-from rtbow.world.camera import View, camera_basis
+from rtbow.world.camera.view import View
 
 if TYPE_CHECKING:
     from rtbow.world.lights import Lamp, Sun
@@ -116,13 +115,9 @@ class Sight:
         # Just inside the corners, which rays would pass by a rounding error.
         points = np.concatenate([[middle], middle + (1.0 - 1e-6) * (corners - middle)])
         away = points - self.view.eye_m
-        depth, x, y = np.linalg.solve(self.view.basis.T, away.T)
-        ahead = depth > 0.0
-        width = self.view.size_px[0]
-        safe = np.where(ahead, depth, 1.0)
-        column = (x / safe + 1.0) * 0.5 * width
-        seen = ahead & (column >= self.columns.start) & (column <= self.columns.stop)
-        seen &= np.abs(y / safe) <= 1.0
+        column, _ = self.view.places_of(away)
+        seen = self.view.shows(away)
+        seen &= (column >= self.columns.start) & (column <= self.columns.stop)
         return floats(away[seen] / np.linalg.norm(away[seen], axis=1, keepdims=True))
 
     @property
@@ -186,23 +181,15 @@ class Sight:
     @property
     def looking_deg(self) -> tuple[float, float]:
         """Azimuth and altitude of the camera, degrees."""
-        forward, right, _ = self.view.basis
-        length = np.hypot(forward[0], forward[1])
-        level = forward[:2] if length > 1e-6 else np.array([-right[1], right[0]])
-        azimuth = np.degrees(np.arctan2(level[0], level[1]))
-        return float(azimuth), float(np.degrees(np.arctan2(forward[2], length)))
+        return self.view.looking_deg
 
     def turned(self, azimuth_deg: float, altitude_deg: float) -> Sight:
         """Give the same with the camera turned towards another direction."""
-        old, new = _axes(*self.looking_deg), _axes(azimuth_deg, altitude_deg)
-        return replace(self, view=replace(self.view, basis=self.view.basis @ old.T @ new))
+        return replace(self, view=self.view.turned(azimuth_deg, altitude_deg))
 
     def widened(self, fov_deg: float) -> Sight:
         """Give the same with another horizontal field of view, degrees, whole angle."""
-        forward, right, up = self.view.basis
-        scale = np.tan(0.5 * np.radians(fov_deg)) / np.linalg.norm(right)
-        basis = np.stack([forward, scale * right, scale * up])
-        return replace(self, view=replace(self.view, basis=basis, fov_deg=fov_deg))
+        return replace(self, view=self.view.widened(fov_deg))
 
 
 def sight_of(world: World, columns: slice) -> Sight | None:
@@ -212,13 +199,6 @@ def sight_of(world: World, columns: slice) -> Sight | None:
         return None
     optics = world.optics
     return Sight(world.view, columns, box, optics.suns, optics.lamps, bands_of(world))
-
-
-def _axes(azimuth_deg: float, altitude_deg: float) -> Array:
-    """Give unit vectors forward, right and up (3, 3) of a camera without roll."""
-    return camera_basis(
-        Camera(azimuth_deg=azimuth_deg, altitude_deg=altitude_deg, fov_deg=90.0, size_px=(1, 1))
-    )
 
 
 def _circle(axis: Array, radius_rad: float) -> Array:

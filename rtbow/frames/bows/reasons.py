@@ -113,7 +113,7 @@ def _cause(world: World, sight: Sight) -> str:
                 " horizon, where there is no rain"
             )
         return f"there is no rain (droplets.box_m) where the bow of {key} stands"
-    if angle_between(sight.view.basis[0], -sun.direction) > 0.5 * np.pi:
+    if angle_between(sight.view.forward, -sun.direction) > 0.5 * np.pi:
         return f"the bow stands opposite the sun ({key}), behind the camera"
     return f"the bow of {key} stands outside of the picture"
 

@@ -170,6 +170,7 @@ def _bake_defines(
         "OUTCOMES": len(light.weights),
         "SUN_COUNT": 1,  # a lamp's colours, too, are those under a point at infinity
         "LAMP_COUNT": 0,
+        "PANORAMA": False,
         "PIXEL_AREA": False,
         "PIXEL_POINTS": 0,
         "POLARIZER": components,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.world.camera import View
+from rtbow.world.camera.view import View
 
 RIGHT_ANGLE_CHORD = float(np.sqrt(2.0))
 """The chord of a right angle in the unit circle, at which chords are folded."""
@@ -74,7 +74,7 @@ class PixelLevels:
 
     def hold(self, view: View) -> bool:
         """Whether all pixels of a picture have a level above them."""
-        return view.plane_pixel**2 <= float(self.squared[-1]) + 1e-3 * self.blur
+        return view.pixel_rad**2 <= float(self.squared[-1]) + 1e-3 * self.blur
 
 
 def pixel_levels(view: View, blur_rad: float, texels: int, *, roaming: bool) -> PixelLevels:
@@ -92,7 +92,7 @@ def pixel_levels(view: View, blur_rad: float, texels: int, *, roaming: bool) -> 
         texels: of the table without levels.
         roaming: for other pictures, too.
     """
-    most = (view.plane_pixel * (_ROAMING if roaming else 1.0)) ** 2
+    most = (view.pixel_rad * (_ROAMING if roaming else 1.0)) ** 2
     blur = 3.0 * blur_rad**2  # a disc's variance, r² / 4, is that of a box of the width r √3
     rise, lines = float(np.log1p(most / blur)), max(_MOST_TEXELS // texels, 2)
     levels = 2 + int(rise / _STEP)

@@ -72,7 +72,7 @@ class FastMethod:
         plan = self.plan.moved(world)
         same = world.optics is self._seen.optics and world.view.shows_no_more_than(self._seen.view)
         roaming = self._roaming or not same
-        wide = world.view.area and world.view.plane_pixel > _WIDE_PIXEL_RAD
+        wide = world.view.area and world.view.pixel_rad > _WIDE_PIXEL_RAD
         if roaming and wide and len(plan.radii.rows) > 1:
             # Tables for all places have too few lines for wide pixels of many radii: 0.8 in
             # CIEDE2000 at pixels of a degree, where those for one place leave 0.3.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 
 from rtbow.gl.context import GlContext
-from rtbow.world.camera import View
+from rtbow.world.camera.view import View
 
 _WIDEST_DEG = 1.1
 """Nodes lie no farther apart than this angle: what they gather bends over several degrees."""

@@ -13,7 +13,7 @@ from rtbow.physics.drop.airy import SCALE_POWER
 from rtbow.render.haze import SunHaze, hazy
 from rtbow.render.uniforms import bow_defines, bow_rows, common_defines, dark_edges
 from rtbow.tables.airy import NEAR_S_FIXED, POLE_DISTANCE, shader_constants
-from rtbow.world.camera import View
+from rtbow.world.camera.view import View
 from rtbow.world.lights import NEAREST_M
 from rtbow.world.optics import Optics
 from rtbow.world.rain.volume import DropletVolume
@@ -84,20 +84,18 @@ def pixel_points(world: World) -> int:
         return 0
     disc = min(sun.disc_rad for sun in world.optics.suns)
     blur = math.hypot(disc, world.narrowest_bow_rad)
-    return math.ceil(_POINTS_PER_BLUR * world.view.plane_pixel / blur)
+    return math.ceil(_POINTS_PER_BLUR * world.view.pixel_rad / blur)
 
 
 def pixel_disc(world: World, disc_rad: float) -> float:
     """Give the disc that blurs as much as a light's own and what a pixel's points leave of it.
 
-    A table has one for the whole picture, of the mean between its middle and its corners.
+    A table has one for the whole picture, of a typical pixel.
     """
-    points, view = pixel_points(world), world.view
+    points = pixel_points(world)
     if not points:
         return disc_rad
-    least, most = view.off_axis
-    squared = 0.5 * view.plane_pixel**2 * (math.cos(least) ** 4 + math.cos(most) ** 4)
-    return math.sqrt(disc_rad**2 + squared / (3.0 * points**2))
+    return math.sqrt(disc_rad**2 + world.view.mean_pixel_squared / (3.0 * points**2))
 
 
 def pieces(world: World) -> int:
@@ -118,7 +116,7 @@ def _widest_disc(optics: Optics, volume: DropletVolume, widening: float) -> floa
 
 def _widening(world: World) -> float:
     """By how much a pixel widens discs, at most, rad; 0 where its centre counts."""
-    return world.view.plane_pixel if world.view.area else 0.0
+    return world.view.pixel_rad if world.view.area else 0.0
 
 
 def _one_radius(world: World) -> bool:

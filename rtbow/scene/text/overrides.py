@@ -10,6 +10,7 @@ from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.droplets import BY_PARTS, Density
 from rtbow.scene.lens import LENS_KEYS
 from rtbow.scene.lights import AT, TIME_AND_PLACE, Light
+from rtbow.scene.panorama import PANORAMA, make_whole
 from rtbow.scene.radius import density_key, replaced_keys
 from rtbow.scene.text.schema import MOST_KEY, ROOT, Node, suggestion
 
@@ -61,6 +62,7 @@ def _drop_replaced(data: dict[str, Any], changes: Mapping[str, Any]) -> None:
     _drop_times(data.get("light"), changes)
     _drop_either(data.get("camera"), changes, "camera", ("look",), LOOKED_AT)
     _drop_lens(data.get("camera"), changes)
+    _drop_projection(data.get("camera"), changes)
     droplets = data.get("droplets")
     if not isinstance(droplets, dict):
         return
@@ -127,6 +129,14 @@ def _drop_lens(camera: object, changes: Mapping[str, Any]) -> None:
     for key in gone:
         if key not in given:
             camera.pop(key, None)
+
+
+def _drop_projection(camera: object, changes: Mapping[str, Any]) -> None:
+    """Remove what a panorama has no use for from a camera that newly is one."""
+    chosen = changes.get("camera.projection") == PANORAMA
+    if chosen and isinstance(camera, dict) and camera.get("projection") != PANORAMA:
+        keys = {*camera, *LOOKED_AT, "look", "size_px"}
+        make_whole(camera, {key for key in keys if _is_set(f"camera.{key}", changes)})
 
 
 def _drop_times(lights: object, changes: Mapping[str, Any]) -> None:

@@ -14,6 +14,7 @@ from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.air import ALBEDOS
 from rtbow.scene.lights import FROM_TIME, spectrum_file
 from rtbow.scene.model import Scene
+from rtbow.scene.panorama import LENS_ALONE
 from rtbow.scene.text.errors import Problem, explain, line_text, problem_of
 from rtbow.scene.text.lines import Lines
 from rtbow.scene.text.overrides import apply_overrides, flat, plain
@@ -75,6 +76,9 @@ def values_of(scene: Scene, folder: Path | None = None) -> dict[str, Any]:
     if "look" in values["camera"]:
         for key in LOOKED_AT:
             values["camera"].pop(key)
+    if scene.camera.whole_sphere:
+        for key in LENS_ALONE:
+            values["camera"].pop(key, None)
     if "around_m" in values["droplets"]:
         values["droplets"].pop("box_m")
     if "focal_length_mm" in values["camera"]:
@@ -284,7 +288,7 @@ def _right_part(
         return f"{name}: {line_text(lines, ('compare', 'right', key))}{whole}"
 
     for key in changes:
-        if f"{key}.".startswith(("compare.", "camera.size_px.")):
+        if f"{key}.".startswith(("compare.", "camera.size_px.", "camera.projection.")):
             raise InputError(f"{typed(key)}: both parts share it; leave it out of compare.right")
     rest = plain({key: value for key, value in data.items() if key != "compare"})
     try:

@@ -16,6 +16,10 @@ from rtbow.scene.text.file import builtin_scenes, load_scene, typed_override
 from rtbow.scene.text.values import changed_scene, differences, scene_text
 from rtbow.view.document.rewrite import rewritten
 
+_NO_PANORAMA = (
+    'camera.projection = "panorama"; the window shows pictures of a lens: use rtbow render, or'
+    " --set camera.projection=perspective"
+)
 _MOST_UNDONE = 500
 """Number of changes that can be undone."""
 
@@ -50,9 +54,13 @@ class Edits:
 
     Args:
         opened: the scene to start from.
+
+    Raises:
+        InputError: it is a panorama.
     """
 
     def __init__(self, opened: Opened) -> None:
+        require_lens(opened.scene)
         self.opened = opened
         self.scene = opened.scene
         self._past: list[tuple[Opened, Scene]] = []
@@ -84,9 +92,14 @@ class Edits:
         self.replace(changed_scene(self.scene, changes), gesture)
 
     def replace(self, scene: Scene, gesture: object = None) -> None:
-        """Replace the whole scene, with ``gesture`` as for :meth:`change`."""
+        """Replace the whole scene, with ``gesture`` as for :meth:`change`.
+
+        Raises:
+            InputError: it is a panorama.
+        """
         if scene == self.scene:
             return
+        require_lens(scene)
         self._remember(gesture)
         self.scene = scene
 
@@ -202,6 +215,16 @@ class Edits:
         for change in differences(file, self.scene).items():
             words += ["--set", typed_override(*change)]
         return shlex.join([*words, *options])
+
+
+def require_lens(scene: Scene) -> None:
+    """Refuse a scene that the window does not show.
+
+    Raises:
+        InputError: it is a panorama.
+    """
+    if scene.camera.whole_sphere:
+        raise InputError(_NO_PANORAMA)
 
 
 def file_text(opened: Opened, scene: Scene, folder: Path) -> str:

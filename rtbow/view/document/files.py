@@ -10,7 +10,7 @@ from rtbow.base.resources import resource_dir
 from rtbow.scene.text.file import DEFAULT_SCENE, builtin_scenes, load_scene, parse_set
 from rtbow.scene.text.values import scene_files
 from rtbow.view.document.autosave import KEEP_AFTER_S, Autosave, Unsaved, origin
-from rtbow.view.document.edits import Edits, Opened
+from rtbow.view.document.edits import Edits, Opened, require_lens
 from rtbow.view.document.watch import Watch
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ class SceneFiles:
             return self._restore(Path(name))
         try:
             scene = load_scene(name, dict(parse_set(text) for text in overrides))
+            require_lens(scene)
         except InputError as error:
             self._state.report(source, str(error))
             return False

@@ -36,7 +36,8 @@ def unused_keys(table: BaseModel, method: str = "auto") -> set[str]:
 
 @unused_keys.register
 def _(camera: Camera, method: str = "auto") -> set[str]:
-    unused = set(LOOKED_AT) if camera.look is not None else set()
+    unused = {"projection"}  # the window shows pictures of a lens alone
+    unused |= set(LOOKED_AT) if camera.look is not None else set()
     return unused if camera.focal_length_mm is not None else unused | {"sensor_mm"}
 
 

@@ -13,7 +13,7 @@ from rtbow.scene.model import Camera, Scene
 from rtbow.scene.table import Coordinate
 from rtbow.scene.text.schema import Node
 from rtbow.view.picture.projection import View, azimuth_altitude_deg
-from rtbow.world.camera import camera_basis
+from rtbow.world.camera.perspective import camera_basis
 
 ZOOM_PER_CLICK = 1.1
 """Magnification by one click of the wheel, in the middle of the picture."""

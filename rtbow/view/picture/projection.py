@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rtbow.base.arrays import Array, floats
 from rtbow.scene.model import Camera, Scene
-from rtbow.world.camera import camera_basis
+from rtbow.world.camera.perspective import camera_basis
 
 _TOLERANCE_PX = 0.25
 """How far a chord may be from its curve, half-way along."""

@@ -24,7 +24,7 @@ uniform sampler2D flags;
 out vec4 radiance;
 
 void main() {
-    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    Direction ray = pixelRay(camera, gl_FragCoord.xy);
     vec2 span = boxSpan(ray, volume.low, volume.high);
     radiance = vec4(0.0, 0.0, 0.0, 1.0);
 #if !PIXEL_EDGES

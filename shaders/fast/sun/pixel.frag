@@ -56,7 +56,7 @@ Tristimulus hatLight(sampler2D hats, vec2 place, Number firstRow, vec2 groups, C
 #endif
 
 void main() {
-    Direction ray = rayThrough(camera, gl_FragCoord.xy);
+    Direction ray = pixelRay(camera, gl_FragCoord.xy);
     vec2 span = boxSpan(ray, volume.low, volume.high);
 #if PIXEL_EDGES
     PixelSpan seen = PixelSpan(ray, span, 1.0, vec2(1.0));

@@ -9,7 +9,7 @@ from rtbow.frames.bows.measured import measured
 from rtbow.frames.bows.stored import stored_frame
 from rtbow.frames.image import frame_metadata, write_frame
 from rtbow.physics.drop.medium import Medium
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 from rtbow.world.world import resolve
 
 AROUND = [[-1e3, -1e3, -998.4], [1e3, 1e3, 1001.6]]

@@ -6,7 +6,7 @@ import pytest
 from rtbow.physics.light.disc import disc_mean
 from rtbow.render.colours.pixels import PixelLevels, over_pixels, pixel_levels
 from rtbow.scene.model import Camera
-from rtbow.world.camera import view_of
+from rtbow.world.camera.resolve import view_of
 
 
 def brute(function, at, u, v, count=400):

@@ -33,7 +33,7 @@ from rtbow.render.fast.shared import plan_world
 from rtbow.render.fast.sun import plan_sun
 from rtbow.scene.model import Scene
 from rtbow.scene.text.file import scene_from_text
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 from rtbow.world.rain.volume import DropletVolume, save_volume
 from rtbow.world.world import resolve
 

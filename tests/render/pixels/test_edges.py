@@ -6,7 +6,7 @@ import pytest
 from rtbow.physics.geometry import box_span
 from rtbow.render.edges import BLOCK, edge_blocks, rectangles
 from rtbow.scene.model import Camera
-from rtbow.world.camera import view_of
+from rtbow.world.camera.resolve import view_of
 
 BOX = np.array([[-1500.0, 200.0, 0.0], [1500.0, 1200.0, 1100.0]])
 CAMERAS = (
@@ -36,6 +36,22 @@ def test_elsewhere_a_pixels_centre_stands_for_its_mean(camera):
     # Blocks count from below, and the picture fills them.
     assert np.abs(mean - centre)[~edges].max(initial=0.0) < 0.02 * max(centre.max(), 1.0)
     assert np.all((mean > 0.0)[~edges] == (centre > 0.0)[~edges])
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 1.6), (0.0, 600.0, 500.0), (100.0, 500.0, -300.0)])
+@pytest.mark.parametrize("width", [64, 200])
+def test_so_it_does_in_a_panorama(width, place):
+    view = view_of(Camera(size_px=(width, width // 2), position_m=place, projection="panorama"))
+    centre, finer, height = lengths(view), lengths(view, 8), width // 2
+    mean = finer.reshape(height, 8, width, 8).mean(axis=(1, 3))
+    edges = np.kron(edge_blocks(view, BOX), np.ones((BLOCK, BLOCK)))[::-1][-height:, :width] > 0.0
+    assert np.abs(mean - centre)[~edges].max(initial=0.0) < 0.02 * max(centre.max(), 1.0)
+    assert np.all((mean > 0.0)[~edges] == (centre > 0.0)[~edges])
+
+
+def test_most_of_a_panorama_has_none():
+    view = view_of(Camera(projection="panorama", size_px=(1280, 640)))
+    assert 0.0 < edge_blocks(view, BOX).mean() < 0.1
 
 
 def test_most_of_a_picture_has_none():

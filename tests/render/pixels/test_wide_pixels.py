@@ -9,7 +9,7 @@ from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
 from rtbow.render.wide_pixels import WIDEST_RAD, parts_of
 from rtbow.scene.model import Camera
-from rtbow.world.camera import view_of
+from rtbow.world.camera.resolve import view_of
 
 RAIN = {"droplets": {"around_m": [500.0, 400.0], "radius": {"distribution": "constant",
         "radius_um": 500.0}, "density": {"number_per_m3": 1000.0}},

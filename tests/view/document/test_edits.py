@@ -35,6 +35,16 @@ def test_a_refused_change_leaves_all_as_it_was(edits):
     assert not edits.can_undo
 
 
+def test_the_window_shows_no_panorama(edits):
+    before = edits.scene
+    whole = {"camera.projection": "panorama"}
+    with pytest.raises(InputError, match="the window shows pictures of a lens"):
+        edits.change(whole)
+    assert edits.scene is before
+    with pytest.raises(InputError, match="use rtbow render"):
+        Edits(Opened(load_scene("uniform", whole), "uniform"))
+
+
 def test_changes_are_undone_and_made_again_in_order(edits):
     first = altitude(edits)
     edits.change({"light.0.altitude_deg": 5.0})

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from rtbow.scene.model import Camera
 from rtbow.scene.text.file import load_scene
 from rtbow.view.picture.projection import View, azimuth_altitude_deg, part_at, part_views
-from rtbow.world.camera import pixel_directions
+from rtbow.world.camera.resolve import pixel_directions
 from textbook import pinhole
 from textbook import towards as unit
 

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from rtbow.view.document.state import ViewState
 from rtbow.view.panel.layout import Rows
 from rtbow.view.window import look
-from rtbow.world.camera import view_of
+from rtbow.world.camera.resolve import view_of
 
 _WINDOW_S = 1.0
 """Time over which frames are counted."""

@@ -1,49 +1,44 @@
-"""What a perspective camera sees: its axes, its rays, what a filter before it passes; float64."""
+"""A perspective camera: rays through places of a picture plane; float64."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from rtbow.base.arrays import Array, floats
-from rtbow.base.limits import NO_PLANE
 from rtbow.physics.geometry import angle_between, direction
 from rtbow.scene.model import Camera
-
-CONE_MARGIN = 2e-3
-"""Tables reach this many radians beyond a picture's corners: for float32, and for the same view in
-another size, whose sides are rounded to whole pixels."""
+from rtbow.world.camera.view import CONE_MARGIN, View
 
 
-@dataclass(frozen=True)
-class View:
-    """What a camera sees of the world.
+@dataclass(frozen=True, kw_only=True)
+class Perspective(View):
+    """What a perspective camera sees of the world (:class:`rtbow.world.camera.view.View`).
+
+    The vectors of ``basis`` lead to the picture plane at distance 1: to the middle of the picture,
+    and over half its extent to the right and up. Without a shift of the lens the first is the axis.
+    A filter is one before the lens: ``polarizer`` is the direction (3,) of the field that it
+    passes. ``fov_deg`` is that of the lens without its shift.
 
     Attributes:
-        eye_m: where it is (3,): east, north, up.
-        basis: the middle of the picture, right and up (3, 3) on the picture plane at distance 1;
-            the latter two are half its extent. Without a shift of the lens the first is the axis.
         axis: unit vector along the lens's axis (3,), across the picture plane.
-        size_px: width and height of the picture.
-        fov_deg: horizontal field of view, whole angle, of the lens without its shift.
-        polarizer: direction (3,) of the field that a polarising filter lets pass; None without one.
-        area: whether a pixel is the mean over its solid angle, not the light through its centre.
     """
 
-    eye_m: Array
-    basis: Array
     axis: Array
-    size_px: tuple[int, int]
-    fov_deg: float
-    polarizer: Array | None
-    area: bool = False
 
     @property
-    def pixel_deg(self) -> float:
-        """Mean extent of a pixel, degrees."""
-        return self.fov_deg / self.size_px[0]
+    def pixel_rad(self) -> float:
+        """Width of a pixel on the picture plane at distance 1; they are square."""
+        return float(2.0 * np.linalg.norm(self.basis[1]) / self.size_px[0])
+
+    @property
+    def mean_pixel_squared(self) -> float:
+        """Mean of the squared extents of the pixels nearest to the axis and farthest from it."""
+        least, most = self.off_axis
+        return 0.5 * self.pixel_rad**2 * (math.cos(least) ** 4 + math.cos(most) ** 4)
 
     @cached_property
     def cone(self) -> tuple[Array, float]:
@@ -91,24 +86,12 @@ class View:
         angles = np.degrees(angle_between(np.stack([left, top]), np.stack([right, bottom])))
         return float(angles[0]), float(angles[1])
 
-    def angles_from(self, direction: Array) -> tuple[float, float]:
-        """Give the least and greatest angle from a direction (3,) to any ray of the picture, rad.
-
-        The range reaches ``CONE_MARGIN`` beyond the picture.
-        """
-        axis, cone = self.cone
-        cone += CONE_MARGIN
-        middle = float(np.arccos(np.clip(direction @ axis, -1.0, 1.0)))
-        return max(middle - cone, 0.0), min(middle + cone, np.pi)
-
     def shows_no_more_than(self, other: View) -> bool:
         """Whether this is another view in another size: it has no angle that tables for it lack."""
-        same = (
-            np.array_equal(self.eye_m, other.eye_m)
-            and np.array_equal(self.axis, other.axis)
-            and np.array_equal(self.basis[1], other.basis[1])
-            and _equal_or_none(self.polarizer, other.polarizer)
-            and self.area == other.area
+        if not (isinstance(other, Perspective) and self.is_alike(other)):
+            return False
+        same = np.array_equal(self.axis, other.axis) and np.array_equal(
+            self.basis[1], other.basis[1]
         )
         beyond = self.cone[1] - other.cone[1]
         if not np.array_equal(self.basis[0], other.basis[0]):  # the other's shift
@@ -129,11 +112,6 @@ class View:
         rays = forward + x[None, :, None] * right + y[:, None, None] * up
         return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
-    @property
-    def plane_pixel(self) -> float:
-        """Width of a pixel on the picture plane at distance 1; they are square."""
-        return float(2.0 * np.linalg.norm(self.basis[1]) / self.size_px[0])
-
     def rays_through(self, columns: Array, rows: Array) -> tuple[Array, Array]:
         """Give rays through places in the picture, and how much solid angle lies about each.
 
@@ -152,60 +130,75 @@ class View:
         length = np.linalg.norm(rays, axis=1)
         return floats(rays / length[:, None]), floats(length**-3.0)
 
-    def probes(self, rays: Array) -> Array:
-        """Give what of light's coherency tensor passes the filter, all without one.
-
-        Args:
-            rays: unit directions of view (n, 3).
+    def places_of(self, vectors: Array) -> tuple[Array, Array]:
+        """Give where vectors from the eye (n, 3), of any length, meet the picture plane.
 
         Returns:
-            (n, 3, 3): the light that is seen is the trace of the product of both.
+            Columns and rows (n,) as for :meth:`rays_through`; NaN behind the plane.
         """
-        if self.polarizer is None:
-            return np.broadcast_to(np.eye(3), (len(rays), 3, 3))
-        field = self.polarizer - (rays @ self.polarizer)[:, None] * rays
-        length = np.sum(field**2, axis=1)[:, None, None]
-        return floats(field[:, :, None] * field[:, None, :] / np.maximum(length, 1e-30))
+        depth, x, y = np.linalg.solve(self.basis.T, vectors.T)
+        depth = np.where(depth > 0.0, depth, np.nan)
+        width, height = self.size_px
+        return (x / depth + 1.0) * 0.5 * width, (1.0 - y / depth) * 0.5 * height
 
-    def perpendicular_share(self, towards_light: Array, rays: Array) -> Array:
-        """Give the share of the component perpendicular to the scattering plane in what is seen.
+    def ray_extents(self, rays: Array) -> Array:
+        """Give by how much each component of pixels' rays changes from one side to the other.
 
         Args:
-            towards_light: from the eye to the light (3,), any length.
-            rays: unit directions of view (n, 3).
+            rays: through the pixels' centres (n, 3).
 
         Returns:
-            (n,): cos² of the angle between that component's field and the one that the filter lets
-            pass; one half without a filter.
+            (n, 3): the root of the sum of squares over both sides.
         """
-        if self.polarizer is None:
-            return np.full(len(rays), 0.5)
-        # A filter passes the field along its own direction, as far as that is across the ray.
-        field = self.polarizer - (rays @ self.polarizer)[:, None] * rays
-        normal = np.cross(towards_light, rays)
-        passed = np.sum(field**2, axis=1)
-        whole = np.sum(normal**2, axis=1) * passed
-        # On the line through the light there is no plane; the mean over all of them is one half.
-        blur = NO_PLANE * np.sum(towards_light**2) * passed
-        along = np.sum(normal * field, axis=1)
-        return floats(0.5 + (along**2 - 0.5 * whole) / np.maximum(whole + blur, 1e-30))
+        _, right, up = self.basis
+        size = np.array(self.size_px, dtype=float)
+        squares = sum(
+            ((axis - (rays @ axis)[:, None] * rays) / count) ** 2
+            for axis, count in zip((right, up), size, strict=True)
+        )
+        return floats(2.0 * (rays @ self.axis)[:, None] * np.sqrt(squares))
+
+    def block_extents(self, rays: Array, block: int) -> tuple[Array, Array]:
+        """Bound the rays of blocks of pixels (:meth:`View.block_extents`)."""
+        pixel = self.ray_extents(rays)
+        return pixel, (block + 2) * pixel
+
+    def passed_field(self, rays: Array) -> Array:
+        """Give the field that the filter passes along its own direction, as far as that is across
+        rays (n, 3), of any length (n, 3)."""
+        assert self.polarizer is not None
+        return floats(self.polarizer - (rays @ self.polarizer)[:, None] * rays)
+
+    # --- The same camera otherwise
+
+    def turned(self, azimuth_deg: float, altitude_deg: float) -> Perspective:
+        """Give the view of the camera turned so that its middle has another direction."""
+        old, new = _axes(*self.looking_deg), _axes(azimuth_deg, altitude_deg)
+        return replace(self, basis=self.basis @ old.T @ new, axis=self.axis @ old.T @ new)
+
+    def widened(self, fov_deg: float) -> Perspective:
+        """Give the view with another horizontal field of view, degrees, whole angle."""
+        forward, right, up = self.basis
+        scale = np.tan(0.5 * np.radians(fov_deg)) / np.linalg.norm(right)
+        return replace(self, basis=np.stack([forward, scale * right, scale * up]), fov_deg=fov_deg)
 
 
-def _equal_or_none(a: Array | None, b: Array | None) -> bool:
-    return (a is None and b is None) or (a is not None and b is not None and np.array_equal(a, b))
-
-
-def view_of(camera: Camera) -> View:
+def perspective(camera: Camera) -> Perspective:
     """Resolve a scene's camera."""
     basis = camera_basis(camera)
     axis = basis[0].copy()
     if any(camera.lens_shift):
         basis[0] += 2.0 * (floats(camera.lens_shift) @ basis[1:])
-    return View(
-        np.array(camera.position_m), basis, axis, camera.size_px, camera.fov_deg,
-        None if camera.polarizer_deg is None else _polarizer(basis, camera.polarizer_deg),
-        camera.pixel == "area",
-    )  # fmt: skip
+    polarizer = camera.polarizer_deg
+    return Perspective(
+        eye_m=np.array(camera.position_m),
+        basis=basis,
+        size_px=camera.size_px,
+        polarizer=None if polarizer is None else _polarizer(basis, polarizer),
+        area=camera.pixel == "area",
+        axis=axis,
+        fov_deg=camera.fov_deg,
+    )
 
 
 def camera_basis(camera: Camera) -> Array:
@@ -230,9 +223,11 @@ def camera_basis(camera: Camera) -> Array:
     return np.stack([forward, right * half, up * (half * height / width)])
 
 
-def pixel_directions(camera: Camera, rows: slice = slice(None)) -> Array:
-    """Give unit directions (h, w, 3) through a camera's pixel centres, first row on top."""
-    return view_of(camera).pixel_directions(rows)
+def _axes(azimuth_deg: float, altitude_deg: float) -> Array:
+    """Give unit vectors forward, right and up (3, 3) of a camera without roll."""
+    return camera_basis(
+        Camera(azimuth_deg=azimuth_deg, altitude_deg=altitude_deg, fov_deg=90.0, size_px=(1, 1))
+    )
 
 
 def _polarizer(basis: Array, polarizer_deg: float) -> Array:

@@ -1,0 +1,1 @@
+"""What a camera sees: its picture on the sphere of directions, by projection."""
