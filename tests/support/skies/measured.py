@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 from checkout import ROOT
-from rtbow.physics.air.aerosol import MIXTURES, AerosolOptics
+from rtbow.physics.air.aerosol import AerosolOptics
 from rtbow.physics.air.ozone import ozone_depth
 from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.physics.light.sun_position import SEA_LEVEL_HPA, sun_position
@@ -42,7 +42,6 @@ azimuths are known to some degrees."""
 _BAND_NM = 20.0
 _LATITUDE_DEG, _LONGITUDE_DEG, _PRESSURE_HPA = 42.4434, -76.482, 962.0
 _OZONE_DU = 330.0
-MODELS = (*MIXTURES, "custom")
 BEST_MODEL = "continental-average"
 _DEPTHS = np.array([0.005, 0.04, 0.09, 0.16])
 """Of aerosol, between which skies are cubics of it while it is fitted."""
@@ -167,7 +166,7 @@ def deviations(day, *, single=False):
 def checks(day, deviation=None):
     """The day's sky, or another's deviation from it."""
     deviation = deviations(day) if deviation is None else deviation
-    what = f"measured at Ithaca, {day.name}, beyond {NEAREST_DEG:g}° from the sun"
+    what = f"{day.name}, beyond {NEAREST_DEG:g}° from the sun"
     yield Check(f"{what}: rms", rms(deviation), 0.14)
     yield Check(f"{what}: mean", float(np.mean(deviation)), 0.05)  # a fifth less scattered fails
 
@@ -177,7 +176,8 @@ def fitted(model=BEST_MODEL, *, single=False):
     minutes.
 
     Args:
-        model: whose phase function and absorption the aerosol has, one of ``MODELS``.
+        model: whose phase function and absorption the aerosol has, one of a
+            scene's ``atmosphere.aerosol.model``.
         single: of one scattering over a black ground.
 
     Yields:
