@@ -33,7 +33,7 @@ PARTS = {
     "cost": "frames of `default` with and without a sky, in turn; --runs",
 }
 
-_BEST_MODEL = "continental-average"
+_MODEL = "continental-average"
 """That of ``skies.measured``."""
 
 
@@ -67,9 +67,9 @@ def main() -> int:
     parser.add_argument("part", nargs="*", help="of those that --list names; left out: all")
     parser.add_argument("--list", action="store_true", help="name the parts, and end")
     models = get_args(Aerosol.model_fields["model"].annotation)
-    parser.add_argument("--fit", nargs="?", const=_BEST_MODEL, choices=models, metavar="MODEL",
+    parser.add_argument("--fit", nargs="?", const=_MODEL, choices=models, metavar="MODEL",
                         help="fit the aerosol of the measured skies anew: "
-                        f"{', '.join(models)}; by itself: {_BEST_MODEL}")  # fmt: skip
+                        f"{', '.join(models)}; by itself: {_MODEL}")  # fmt: skip
     parser.add_argument("--pixels", type=int, default=400,
                         help="of large frames that are compared (default 400)")  # fmt: skip
     parser.add_argument("--runs", type=int, default=15, help="of each frame timed (default 15)")
