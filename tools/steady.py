@@ -35,19 +35,11 @@ _STALL = 3.0
 """Times the median from which a frame counts as a stall."""
 
 
-def process_seconds(cache: Path, output: Path) -> float:
-    """Time one ``rtbow render`` with a cache folder of its own."""
-    command = [
-        sys.executable,
-        "-m",
-        "rtbow",
-        "render",
-        "-q",
-        "--size",
-        "640x360",
-        "-o",
-        str(output),
-    ]
+def process_seconds(cache: Path, output: Path, *words: str) -> float:
+    """Time one ``rtbow render`` with a cache folder of its own, and more words on its command
+    line."""
+    options = ["-q", "--size", "640x360", "-o", str(output)]
+    command = [sys.executable, "-m", "rtbow", "render", *words, *options]
     begun = time.perf_counter()
     subprocess.run(command, check=True, env={**os.environ, FOLDER_VARIABLE: str(cache)})
     return time.perf_counter() - begun

@@ -167,8 +167,10 @@ class Suns:
         forward, aside = level * np.cos(azimuth), level * np.sin(azimuth)
         zenith = turn_c * up + turn_s * forward
         along = turn_c * forward - turn_s * up
-        size = np.maximum(np.hypot(along, aside), 1e-12)
-        return cls(zenith, aside / size, along / size)
+        size = np.hypot(along, aside)
+        level = size > 1e-9  # under a sun in the zenith all azimuths are alike
+        size = np.where(level, size, 1.0)
+        return cls(zenith, np.where(level, aside / size, 0.0), np.where(level, along / size, 1.0))
 
 
 @dataclass(frozen=True)
