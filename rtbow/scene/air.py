@@ -171,7 +171,8 @@ class Ground(Table):
     )
     water: bool = Field(
         False,
-        description="still water instead, which mirrors the sky and the suns",
+        description="still water instead, which mirrors the sky and the suns; albedo does not count"
+        " then",
         json_schema_extra=shown_as("", "The sky stands on its head below the horizon."),
     )
     height_m: float = Field(
@@ -192,12 +193,5 @@ class Ground(Table):
             raise refused(_ALBEDO)
         return albedo if share is None else share
 
-    @model_validator(mode="after")
-    def _water_has_its_own(self) -> Self:
-        if self.water and "albedo" in self.model_fields_set and self.albedo != _DRY:
-            raise refused("water mirrors by its refractive index; leave albedo out")
-        return self
 
-
-_DRY = Ground.model_fields["albedo"].default
 _ALBEDO = f"must be 0..1, {', '.join(ALBEDOS)}, or the name of a file"

@@ -352,8 +352,6 @@ def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
             values["ground"] = {"albedo": 0.2}
     if "ground" in values:
         ground = values["ground"]
-        if ground.get("water"):
-            ground.pop("albedo", None)
         if "position_m" not in camera:
             ground.pop("height_m", None)
         else:

@@ -5,8 +5,8 @@ order before left along them, through spherical shells. The whole series' sum fo
 orders. The result is kept in the cache; it holds for every sun and every eye.
 
 Twice as many nodes, rays, azimuths or pieces change a sky's radiance by less than 0.2 % under suns
-from 10 degrees up, 0.5 % at 3 degrees, and by 1 % down to -4 degrees. Beyond -17 degrees the last node's light is kept:
-1e-8 of a day's.
+from 10 degrees up, 0.5 % at 3 degrees, and by 1 % down to -4 degrees. Beyond -17 degrees the last
+node's light is kept: 1e-8 of a day's.
 
 Against SASKTRAN2 (16 streams, vector, its own error 1 % for suns from 10 degrees up)
 a molecular sky is 0.7 % darker in the mean; 0.1 % with rays through flat layers, which that code's

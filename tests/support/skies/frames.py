@@ -16,7 +16,7 @@ HAZE = {
     "atmosphere.aerosol.model": "custom", "atmosphere.aerosol.optical_depth_550": 0.2,
     "atmosphere.ozone_du": 300.0,
 }  # fmt: skip
-WATER = {"ground.albedo": None, "ground.water": True, "camera.altitude_deg": -10.0}
+WATER = {"ground.water": True, "camera.altitude_deg": -10.0}
 GLINT = {
     **WATER, "camera.azimuth_deg": 160.0, "camera.altitude_deg": -20.0,
     "light.0.angular_diameter_deg": 5.0,
