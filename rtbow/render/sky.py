@@ -242,36 +242,41 @@ class Surrounded:
 
 
 class _Passes:
-    """The programs that draw the sky of one sun after another: at nodes some pixels apart, and at
-    pixels, which take it from there unless their block is rough.
+    """The programs that draw the sky of one sun after another: at nodes some pixels apart, between
+    them where that is smooth, and pixel by pixel in the other blocks.
 
     Attributes:
         textures: that are read, but those of a sun.
     """
 
     def __init__(self, gl: GlContext, world: World) -> None:
-        self._block = block_for(world.view, _MOST_PIXELS)
-        defines = {**_defines(world), "BLOCKS": self._block > 0}
-        self._pixel = GlProgram(gl, "sky/pixel.frag", defines)
-        self._programs = [self._pixel]
+        block = block_for(world.view, _MOST_PIXELS)
+        defines = {**_defines(world), "BLOCKS": block > 0}
+        vertex = "fast/rough.vert" if block else "common/fullscreen.vert"
+        self._pixel = GlProgram(gl, "sky/pixel.frag", defines, vertex)
+        self._along = [self._pixel]
         self.textures: list[Texture] = []
-        if self._block:
-            self._nodes = nodes = Nodes(gl, world.view.size_px, self._block, channels=4)
+        self._nodes: Nodes | None = None
+        if block:
+            self._nodes = nodes = Nodes(gl, world.view.size_px, block, channels=4)
             self._node = GlProgram(gl, "sky/node.frag", defines)
             self._flags = GlProgram(gl, "fast/flags.frag", defines)
-            self._programs.append(self._node)
-            for program in (self._pixel, self._flags):
+            self._smooth = GlProgram(gl, "sky/smooth.frag", defines)
+            self._along.append(self._node)
+            for program in (self._flags, self._smooth):
                 program.bind("nodes", nodes.values)
-            self._pixel.bind("flags", nodes.flags)
+            for program in (self._smooth, self._pixel):
+                program.bind("flags", nodes.flags)
             self._flags.set("tolerance.first", _ROUGH)
             self._flags.set("tolerance.others", (_ROUGH, _ROUGH, _ROUGH))
-            for program in self._programs:
-                program.set("blockSize", float(self._block))
+            for program in (self._node, self._smooth, self._pixel):
+                program.set("blockSize", float(block))
+            self._pixel.set("pictureSize", tuple(map(float, world.view.size_px)))
             self.textures += [nodes.values, nodes.flags]
         if world.rain is not None and not world.volume.uniform:
-            for program in self._programs:
+            for program in self._along:
                 program.volume("volume.moments", world.moments())
-                self.textures += program.textures.values()
+                self.textures.append(program.textures["volume.moments"])
 
     def take(self, world: World, sun: Sun, sky: _SkyOf) -> None:
         """Take over a world and one of its suns."""
@@ -280,29 +285,36 @@ class _Passes:
             **common_uniforms(world, world.volume.box_m, no_rates),
             **_sun_uniforms(world, sun, sky),
         }
-        for program in self._programs:
+        for program in self._along:
             for name, texture in sky.textures.items():
                 program.bind(name, texture)
             set_uniforms(program, uniforms)
-        if self._block:
-            beside = 2.0 * self._block * world.view.pixel_rad
+        if self._nodes is not None:
+            beside = 2.0 * self._nodes.block * world.view.pixel_rad
             near = 2.0 * np.sin(0.5 * sun.disc_rad) + beside if sun.disc_radiance > 0.0 else 0.0
             self._node.set("nearSun", near)
 
     def gather(self) -> None:
         """Draw the nodes."""
-        if self._block:
-            for frame, program in (
-                (self._nodes.gathered, self._node), (self._nodes.flagged, self._flags),
-            ):  # fmt: skip
-                frame.use()
-                program.use()
-                program.draw()
+        if self._nodes is None:
+            return
+        for frame, program in (
+            (self._nodes.gathered, self._node), (self._nodes.flagged, self._flags),
+        ):  # fmt: skip
+            frame.use()
+            program.use()
+            program.draw()
 
     def compose(self) -> None:
         """Draw the pixels into the frame that is bound."""
+        if self._nodes is None:
+            self._pixel.use()
+            self._pixel.draw()
+            return
+        self._smooth.use()
+        self._smooth.draw()
         self._pixel.use()
-        self._pixel.draw()
+        self._pixel.draw(6 * self._nodes.flags.width * self._nodes.flags.height)
 
 
 @dataclass(frozen=True)
@@ -379,6 +391,7 @@ def _defines(world: World) -> dict[str, Define]:
         "LUMINANCE": f"vec3({', '.join(f'{weight:.9f}' for weight in LUMINANCE_WEIGHTS)})",
         "PARTS": True,
         "SEVERAL_RADII": False,
+        "SIDES": True,
         "SKY_RISING": RISING,
         "SKY_FALLING": FALLING,
         "SKY_STEPS": _STEPS,

@@ -30,8 +30,13 @@ vec2 nodePlace(vec2 pixel, float block, sampler2D nodes) {
 // most and a quarter in the mean over t. So a quarter of the greater second difference is twice the
 // error of a smooth f, and that of a kink at an ordinary place; one half-way between nodes, at
 // most s / 4, is taken for half of that. Where a or d misses the rain, f is taken to be level beyond
-// b or c: what is left of the second difference is c - b.
+// b or c: what is left of the second difference is c - b. Where there is something on both sides of an
+// edge, f is taken to go on across it.
 vec4 bend(vec4 a, vec4 b, vec4 c, vec4 d) {
+#if SIDES
+    if (a.x < 0.0) a = 2.0 * b - c;
+    if (d.x < 0.0) d = 2.0 * c - b;
+#endif
     return a.x < 0.0 || d.x < 0.0 ? 0.25 * abs(c - b)
                                   : 0.25 * max(abs(a - 2.0 * b + c), abs(b - 2.0 * c + d));
 }

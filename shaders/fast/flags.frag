@@ -26,6 +26,12 @@ void main() {
             n[4 * y + x] = texelFetch(nodes, corner + ivec2(x - 1, y - 1), 0);
         }
     }
+#if SIDES
+    // On the other side of an edge than the block's first corner the first channel counts as a miss.
+    if (n[5].x < 0.0) {
+        for (int k = 0; k < 16; ++k) n[k].x = -n[k].x;
+    }
+#endif
     // Bilinear interpolation is linear along x, then along y, so that both errors add: each from the
     // worse of the block's two rows, or columns, of nodes.
     vec4 error = max(bend(n[4], n[5], n[6], n[7]), bend(n[8], n[9], n[10], n[11]))

@@ -80,15 +80,3 @@ Tristimulus around(Direction ray, SkyPlace at, Direction onward, Number disc) {
 #endif
     return light;
 }
-
-// What a node keeps: the luminance, by which errors are judged, red, blue, and once more the luminance
-// below the horizon, so that blocks across it are rough.
-vec4 toNode(Tristimulus light, bool falls) {
-    Number luminance = dot(LUMINANCE, light);
-    return vec4(luminance, light.r, light.b, falls ? luminance : 0.0);
-}
-
-Tristimulus fromNode(vec4 node) {
-    Number green = (node.x - LUMINANCE.r * node.y - LUMINANCE.b * node.z) / LUMINANCE.g;
-    return vec3(node.y, green, node.z);
-}

@@ -1,5 +1,6 @@
 #include "fast/blocks.glsl"
 #include "sky/along.glsl"
+#include "sky/node.glsl"
 
 // A node of what is around the drops under one sun.
 
@@ -16,6 +17,8 @@ void main() {
 #if WATER
     if (falls) onward = mirrored(sky, ray);
 #endif
-    node = toNode(around(ray, skyPlace(sky, ray, above, falls), onward, 0.0), falls);
-    if (length(onward - sky.towards) < nearSun) node.x = MISS;
+    // From one node about the sun to the next that changes.
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    Number rough = length(onward - sky.towards) < nearSun ? float((at.x + at.y) % 2) : 0.0;
+    node = toNode(around(ray, skyPlace(sky, ray, above, falls), onward, 0.0), falls, rough);
 }

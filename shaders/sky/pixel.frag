@@ -1,14 +1,6 @@
-#include "common/colour.glsl"
-#include "fast/blocks.glsl"
 #include "sky/along.glsl"
 
 // One pixel of what is around the drops under one sun, added to a frame of what they scatter.
-
-#if BLOCKS
-uniform float blockSize;            // pixels between nodes
-uniform sampler2D nodes;
-uniform sampler2D flags;
-#endif
 
 out vec4 radiance;
 
@@ -29,13 +21,6 @@ Number discShare(Number radius, Number away, Number width) {
 }
 
 void main() {
-#if BLOCKS
-    if (texelFetch(flags, blockOf(gl_FragCoord.xy, blockSize), 0).r < 0.5) {
-        vec2 place = nodePlace(gl_FragCoord.xy, blockSize, nodes);
-        radiance = vec4(fromNode(textureLod(nodes, place, 0.0)), 1.0);
-        return;
-    }
-#endif
     Direction ray = pixelRay(camera, gl_FragCoord.xy);
     Angle above = altitudeOf(ray) - sky.horizon;
     Number away = length(ray - sky.towards);

@@ -111,6 +111,7 @@ class LampPlan:
             "LEAST_TEXELS": _LEAST_TEXELS,
             "DISC_ROWS": _DISC_ROWS,
             "PARTS": True,
+            "SIDES": False,
             "HAT_GROUPS": 0,
             "PIXEL_LEVELS": 0,
             "PIXEL_POINTS": 0,

@@ -91,6 +91,7 @@ class SunPlan:
             **light_defines(plan, degree=self.degree, rain=self.light.basis.rain),
             "SUN": True,
             "PARTS": False,
+            "SIDES": False,
             "NEAR_AIR": near,
             "SHADOW": air and shadow,
             "PIECES": _PIECES if self.shaded else 1,
