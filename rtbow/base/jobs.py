@@ -22,6 +22,13 @@ _POOL_RETRIES = 5
 """Pools of processes that are tried, one after another, as long as processes are killed."""
 
 
+def cores() -> int:
+    """Count the cores that this process may use, or all where the system does not say."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def _end_with(parent: int) -> None:
     """End this process once its parent is gone, which cannot end it when it is killed itself."""
 

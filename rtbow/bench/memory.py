@@ -72,13 +72,6 @@ def cpu_name() -> str:
     return name or platform.processor() or platform.machine()
 
 
-def cpu_count() -> int:
-    """Count the CPUs that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def load_average() -> float | None:
     """Give the processes that wanted a CPU over the last minute, on average, ours included."""
     try:

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from rtbow.base.jobs import cores
 from rtbow.base.version import __version__
-from rtbow.bench.memory import cpu_count, cpu_name, load_average
+from rtbow.bench.memory import cpu_name, load_average
 from rtbow.frames.difference import FrameDifference
 
 
@@ -103,7 +104,7 @@ class Machine:
     gl_renderer: str = ""
     backend: str = ""
     cpu: str = field(default_factory=cpu_name)
-    cpu_count: int = field(default_factory=cpu_count)
+    cpu_count: int = field(default_factory=cores)
     load_average: float | None = field(default_factory=load_average)
     rtbow_version: str = __version__
 

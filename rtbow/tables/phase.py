@@ -16,7 +16,8 @@ from rtbow.base.arrays import Array, Progress, floats, no_progress
 from rtbow.physics.drop.airy import bows, unit_angle
 from rtbow.physics.drop.medium import Medium
 from rtbow.physics.drop.water import relative_index
-from rtbow.tables.sections import Sections, Theory, extinction_efficiencies
+from rtbow.tables.mie.efficiency import extinction_efficiencies
+from rtbow.tables.sections import Sections, Theory
 
 _EVEN = 2001
 _FORWARD_RATIO = 1.01

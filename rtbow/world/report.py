@@ -182,7 +182,7 @@ def _extinction_lines(scene: Scene, world: World) -> list[tuple[str, str]]:
     rain = world.rain or rain_extinction(scene, world.optics, world.volume)
     nm = floats([MIDDLE_NM])
     # Imported here, with the compiler of what is summed on the CPU.
-    from rtbow.tables.sections import extinction_efficiencies
+    from rtbow.tables.mie.efficiency import extinction_efficiencies
 
     exact = drops.extinction_per_m(
         extinction_efficiencies(drops.radius_m, nm, world.scatterer.medium)[:, 0]

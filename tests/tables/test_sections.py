@@ -10,8 +10,8 @@ from rtbow.physics.drop.airy import bow
 from rtbow.physics.drop.medium import Medium
 from rtbow.physics.drop.water import relative_index
 from rtbow.tables.mie.axes import INDEX_RANGE
+from rtbow.tables.mie.efficiency import extinction_efficiencies
 from rtbow.tables.mie.lookup import index_range_of, standard_axes
-from rtbow.tables.sections import extinction_efficiencies
 
 # Extinction by exact theory, written out once more on SciPy's Bessel functions: Bohren and Huffman
 # (1983), equations 4.53 and 4.62.

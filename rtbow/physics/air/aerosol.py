@@ -15,9 +15,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, floats
 from rtbow.base.cache import cached_arrays, source_digest
-from rtbow.base.compiled import compiled, prange
 from rtbow.base.limits import TOP_M
-from rtbow.physics.drop.mie import absorbed_and_scattered
 
 PHASE_ANGLES_RAD = np.pi * np.linspace(0.0, 1.0, 361) ** 2
 """Scattering angles of phase functions: dense in the aureole."""
@@ -108,6 +106,9 @@ class AerosolOptics:
     phase: Array
 
 
+_CODE = "physics.air.aerosol", "physics.air.aerosol_compiled", "physics.drop.mie"
+
+
 def mixture_optics(mixture: Mixture, wavelength_nm: Array, depth_550: float) -> AerosolOptics:
     """Sum a mixture by Lorenz-Mie theory, or take it from the cache.
 
@@ -119,17 +120,20 @@ def mixture_optics(mixture: Mixture, wavelength_nm: Array, depth_550: float) -> 
     nm = np.append(floats(wavelength_nm), _MIDDLE_NM)
 
     def build() -> dict[str, Array]:
+        # Imported here, with the compiler of the sums.
+        from rtbow.physics.air.aerosol_compiled import summed_spheres
+
         extinction, scattering = np.zeros(len(nm)), np.zeros(len(nm))
         phase = np.zeros((len(nm), len(PHASE_ANGLES_RAD)))
         for part, number in mixture.parts:
             radius, weight = _sizes(part)
-            each = _summed(radius, weight, part.index, nm * 1e-3, PHASE_ANGLES_RAD)
+            each = summed_spheres(radius, weight, part.index, nm * 1e-3, PHASE_ANGLES_RAD)
             extinction += number * each[0]
             scattering += number * each[1]
             phase += number * each[2]
         return {"extinction": extinction, "scattering": scattering, "phase": phase}
 
-    key = f"{source_digest('physics.air.aerosol', 'physics.drop.mie')} {mixture} {nm.tobytes()!r}"
+    key = f"{source_digest(*_CODE)} {mixture} {nm.tobytes()!r}"
     kept = cached_arrays("aerosol", key, build)
     extinction, scattering = floats(kept["extinction"]), floats(kept["scattering"])
     shape = extinction[:-1] / extinction[-1]
@@ -170,26 +174,6 @@ def _sizes(part: Component) -> tuple[Array, Array]:
     log = log[log < np.log(_LARGEST_UM)]
     weight = np.exp(-0.5 * ((log - mode) / width) ** 2) / (np.sqrt(2.0 * np.pi) * width)
     return np.exp(log), weight * (log[1] - log[0])
-
-
-@compiled(parallel=True)
-def _summed(
-    radius_um: Array, weight: Array, index: complex, wavelength_um: Array, theta: Array
-) -> tuple[Array, Array, Array]:
-    """Mean cross-sections of extinction and scattering (W,), and differential ones (W, T)."""
-    waves = len(wavelength_um)
-    extinction, scattering = np.zeros(waves), np.zeros(waves)
-    phase = np.zeros((waves, len(theta)))
-    for w in prange(waves):
-        k = 2.0 * np.pi / wavelength_um[w]
-        for n in range(len(radius_um)):
-            efficiencies, both = absorbed_and_scattered(k * radius_um[n], index, theta)
-            area = np.pi * radius_um[n] ** 2 * weight[n]
-            extinction[w] += area * efficiencies[0]
-            scattering[w] += area * efficiencies[1]
-            for t in range(len(theta)):
-                phase[w, t] += 0.5 * weight[n] / (k * k) * (both[0, t] + both[1, t])
-    return extinction, scattering, phase
 
 
 def moments_of(phase: Array, degree: int) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple, dataclass
 from functools import lru_cache
@@ -11,7 +10,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Progress, Steps, floats, no_progress
 from rtbow.base.cache import forget_arrays, keep_arrays, kept_arrays, source_digest
-from rtbow.base.jobs import in_processes, on_cluster
+from rtbow.base.jobs import cores, in_processes, on_cluster
 from rtbow.tables.mie.average import coherent, mean_efficiency, node_intensities
 from rtbow.tables.mie.axes import MieAxes
 from rtbow.tables.mie.lookup import MieTable, node_range
@@ -120,7 +119,7 @@ def build_mie_table(
         if arrays is not None:
             found[part] = arrays
     todo = [part for part in every if part not in found]
-    workers = workers or _cores()
+    workers = workers or cores()
     results: Results = (
         on_cluster(_checked_part, todo, scheduler, _digest())
         if scheduler
@@ -152,13 +151,6 @@ def kept_table(axes: MieAxes, radii_um: tuple[float, float]) -> MieTable | None:
 
 def _table_key(axes: MieAxes, nodes: tuple[int, int]) -> str:
     return f"{_digest()} {astuple(axes)} {nodes}"
-
-
-def _cores() -> int:
-    """Count the cores that this process may use, or all where the system does not say."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _with_progress(results: Results, done: int, wrapped: Iterable[int]) -> Results:
