@@ -165,6 +165,10 @@ def _columns(density: Array) -> Array:
     height, altitude = column_axes(TOP_M, _ROWS, _COLUMNS)
     middle = 0.5 * (density[1:] + density[:-1])
     edges = EARTH_RADIUS_M + SHELL_HEIGHTS_M
+    layer = np.flatnonzero(middle)  # a layer's own shells suffice
+    if len(layer):
+        middle = middle[layer[0] : layer[-1] + 1]
+        edges = edges[layer[0] : layer[-1] + 2]
     found = np.empty(altitude.shape)
     for row, (start, angle) in enumerate(zip(EARTH_RADIUS_M + height[:, 0], altitude, strict=True)):
         nearest = start * np.cos(angle)[:, None]
