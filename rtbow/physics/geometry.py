@@ -25,7 +25,7 @@ def box_span(origin: Array, directions: Array, box: Array) -> tuple[Array, Array
     """Give where rays are inside a box.
 
     Args:
-        origin: ray start (3,).
+        origin: ray start (3,), or one for each ray (..., 3).
         directions: unit directions (..., 3).
         box: lower and upper corner (2, 3).
 
@@ -38,13 +38,14 @@ def box_span(origin: Array, directions: Array, box: Array) -> tuple[Array, Array
         d = directions[..., axis]
         parallel = d == 0.0
         safe = np.where(parallel, 1.0, d)
-        near = (box[0, axis] - origin[axis]) / safe
-        far = (box[1, axis] - origin[axis]) / safe
+        start = origin[..., axis]
+        near = (box[0, axis] - start) / safe
+        far = (box[1, axis] - start) / safe
         low, high = np.minimum(near, far), np.maximum(near, far)
         # A ray along a face counts as inside; one beside the box never enters.
-        within = box[0, axis] <= origin[axis] <= box[1, axis]
-        entry = np.maximum(entry, np.where(parallel, -np.inf if within else np.inf, low))
-        leave = np.minimum(leave, np.where(parallel, np.inf if within else -np.inf, high))
+        within = (box[0, axis] <= start) & (start <= box[1, axis])
+        entry = np.maximum(entry, np.where(parallel, np.where(within, -np.inf, np.inf), low))
+        leave = np.minimum(leave, np.where(parallel, np.where(within, np.inf, -np.inf), high))
     return entry, leave
 
 

@@ -47,7 +47,12 @@ from rtbow.tables.sky.air import shells_of
 from rtbow.tables.sky.light import Air
 from rtbow.world.lights import NEAREST_M, Lamp, Sun
 from rtbow.world.optics import Optics
-from rtbow.world.rain.extinction import RainExtinction, paths_to, with_second
+from rtbow.world.rain.extinction import (
+    RainExtinction,
+    mean_extinction_along,
+    paths_to,
+    with_second,
+)
 from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.steps import fringe_crowding
 from rtbow.world.world import World
@@ -58,6 +63,8 @@ _RAIN_DEPTH = 0.25
 """Largest optical depth of a piece of a ray."""
 _LAMP_RAIN_DEPTH = 0.05
 """The same of a piece at a lamp, over which the attenuation is taken as that of its middle."""
+_MIRRORED_PIECES = 12
+"""Of the rain along a mirrored ray: the air within it is dimmed by straight lines between them."""
 _RAIN_PIECES = 64.0
 """Pieces of a ray in rain that attenuates, at least: ways to lights have kinks."""
 _LAMP_PIECE_RAD = 0.01
@@ -144,6 +151,29 @@ class _Setup:
         """The air's ozone and aerosol, if it has them."""
         haze = self.world.haze
         return None if haze is None else haze.air(self.optics.wavelength_nm)
+
+    def rain_from(self, places: Array, directions: Array, at: Array) -> Array:
+        """Optical depth of the rain along rays that do not begin at the eye (m, S): see
+        :data:`rtbow.reference.sky.RainFrom`."""
+        if self.rain is None:
+            return np.zeros(at.shape)
+        entry, leave = box_span(places, directions, self.volume.box_m)
+        within = np.maximum(leave - entry, 0.0)
+        depths = np.zeros(at.shape)
+        nodes = np.linspace(0.0, 1.0, _MIRRORED_PIECES + 1)
+        hits = np.flatnonzero(within > 0.0)
+        length = within[hits] / _MIRRORED_PIECES
+        total = np.zeros((len(hits), len(nodes)))
+        for k in range(_MIRRORED_PIECES):
+            start = places[hits] + (entry[hits] + k * length)[:, None] * directions[hits]
+            start = np.clip(start, *self.volume.box_m)
+            mean = mean_extinction_along(
+                start, directions[hits], length, self.volume, self.rain.field
+            )
+            total[:, k + 1] = total[:, k] + mean * length
+        for row, n in enumerate(hits):
+            depths[n] = np.interp(at[n], entry[n] + nodes * within[n], total[row])
+        return depths
 
     def above_ground(self, points: Array) -> Array:
         """Heights of points (m, 3) in the layers of ozone and aerosol, m."""
@@ -436,7 +466,7 @@ def _around(setup: _Setup, sky: Sky, rays: Rays, grid: Grid) -> Array:
     probes = view.probes(rays.directions)
     total = np.zeros((len(edges), setup.channels))
     for sun, colour in zip(optics.suns, optics.sun_weights, strict=True):
-        seen = sky.along(rays, edges, depth, setup.rain_ratio, sun, probes)
+        seen = sky.along(rays, edges, depth, setup.rain_ratio, sun, probes, setup.rain_from)
         total += seen @ colour
     return total
 

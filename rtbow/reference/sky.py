@@ -7,6 +7,7 @@ scattered before is interpolated in :mod:`rtbow.tables.sky`'s field.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -87,8 +88,9 @@ class Sky:
         return np.sort(np.concatenate([dense, rain], axis=1), axis=1)
 
     def along(
-        self, rays: Rays, edges: Array, rain: Array, rain_ratio: Array, sun: Sun, probes: Array
-    ) -> Array:
+        self, rays: Rays, edges: Array, rain: Array, rain_ratio: Array, sun: Sun, probes: Array,
+        rain_from: RainFrom,
+    ) -> Array:  # fmt: skip
         """Give what comes along rays by one sun, per irradiance above the air (n, W), 1/sr.
 
         Args:
@@ -98,6 +100,7 @@ class Sky:
             rain_ratio: of the rain's depth at each wavelength over that (W,).
             sun: the sun.
             probes: what of the light is seen (n, 3, 3).
+            rain_from: gives the rain along other rays.
         """
         height = self._height(rays.origin)
         ways = _Ways(
@@ -113,8 +116,14 @@ class Sky:
         if wet:
             falls = ray_ends(height, rays.directions[:, 2])[1]
             sharp = self._sharp(ways, edges, falls) * rain_left[falls]
-            mirrored = self._mirrored(ways, edges, falls, sun, through[falls], sharp)
-            seen[falls] += mirrored
+            place = rays.origin + edges[falls, -1:] * rays.directions[falls]
+
+            def beyond(directions: Array, at: Array) -> Array:
+                return rain_from(place, directions, at)
+
+            seen[falls] += self._mirrored(
+                ways, edges, falls, sun, through[falls], sharp, beyond, rain_ratio
+            )
         return seen
 
     def _without_ground(self) -> Sky:
@@ -153,8 +162,9 @@ class Sky:
         return floats(np.exp(-amounts.T @ self.air.beam))
 
     def _mirrored(
-        self, ways: _Ways, edges: Array, falls: Mask, sun: Sun, through: Array, sharp: Array
-    ) -> Array:
+        self, ways: _Ways, edges: Array, falls: Mask, sun: Sun, through: Array, sharp: Array,
+        rain_along: Callable[[Array, Array], Array], rain_ratio: Array,
+    ) -> Array:  # fmt: skip
         """What still water at the end of falling rays mirrors, as it arrives (m, W)."""
         rays, suns = ways.directions[falls], ways.suns[falls]
         up = rays * edges[falls, -1:]
@@ -167,6 +177,10 @@ class Sky:
         # Axes at the water (m, 3, 3): along the rays, across them, up.
         axes = np.stack([np.cross(level, up), level, up], axis=1)
         mirrored = rays + 2.0 * rise[:, None] * up
+        end = ray_ends(0.0, rise)[0]
+        pieces = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
+        middles = 0.5 * (pieces[:, 1:] + pieces[:, :-1])
+        rain = rain_along(mirrored, np.concatenate([middles, pieces[:, -1:]], axis=1))
         mirrored, suns = (np.einsum("nij,nj->ni", axes, x) for x in (mirrored, suns))
         # The coherency tensor along level, upright and both, in the axes at the water.
         across = np.broadcast_to([0.0, 1.0, 0.0], mirrored.shape)
@@ -175,11 +189,9 @@ class Sky:
         tensors = [a[:, :, None] * b[:, None, :] for a, b in fields]
         probes = np.stack([*tensors[:2], 0.5 * (tensors[2] + tensors[3])], axis=1)
         beyond = _Ways(0.0, np.ascontiguousarray(mirrored), np.ascontiguousarray(suns), probes)
-        end = ray_ends(0.0, mirrored[:, 2])[0]
-        pieces = end[:, None] * np.linspace(0.0, 1.0, _PIECES + 1) ** 2
-        dry = np.zeros(len(self.air.albedo))
-        light = self._without_ground()._gather(beyond, pieces, np.zeros(pieces.shape), dry)[0]
+        light = self._without_ground()._gather(beyond, pieces, rain, rain_ratio)[0]
         light *= through[:, None]
+        sharp = sharp * np.exp(-np.multiply.outer(rain[:, -1], rain_ratio))
         light[:, :2] += (0.5 * self._disc(beyond, sun) * sharp)[:, None]
         first, second = reflected_amplitudes(self.air.water, np.clip(rise, 0.0, 1.0)[:, None])
         # Seen along the ray, level and upright are those of the mirrored one.
@@ -191,6 +203,11 @@ class Sky:
         )
         seen = ll * first**2 * light[:, 0] + uu * second**2 * light[:, 1]
         return np.asarray(seen + 2.0 * lu * first * second * light[:, 2])
+
+
+RainFrom = Callable[[Array, Array, Array], Array]
+"""Gives the optical depth of rain at 550 nm from places (m, 3) along unit directions (m, 3) up to
+distances (m, S), m: (m, S)."""
 
 
 class _Ways(NamedTuple):

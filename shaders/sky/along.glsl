@@ -40,8 +40,9 @@ struct Through {
 
 // Along a ray: the air's light up to the end of each step is looked up; what it adds over the step is
 // dimmed as the mean of the step's samples of the rain.
-Through throughRain(SkyPlace at, Direction ray) {
-    vec2 span = boxSpan(ray, volume.low, volume.high);
+// `start`: of the ray; the air's light is that of a ray from the eye.
+Through throughRain(SkyPlace at, Position start, Direction ray) {
+    vec2 span = boxSpan(ray, volume.low - start, volume.high - start);
     Through rain = Through(vec3(0.0), 1.0, vec3(0.0));
     if (span.x >= span.y) return rain;
     Number depth = 0.0;
@@ -52,7 +53,7 @@ Through throughRain(SkyPlace at, Direction ray) {
     for (int k = 0; k < SKY_STEPS; ++k) {
         Number left = 0.0;
         for (int j = 0; j < SKY_SAMPLES; ++j) {
-            Number thick = step * extinctionAt((distance + 0.5 * step) * ray);
+            Number thick = step * extinctionAt(start + (distance + 0.5 * step) * ray);
             left += exp(-depth) * meanDecay(thick);
             depth += thick;
             distance += step;
@@ -66,16 +67,35 @@ Through throughRain(SkyPlace at, Direction ray) {
 }
 #endif
 
+#if WATER && EXTINCTION
+// What rain leaves of light on its way to the water, along a mirrored ray; of the sky's as of one that
+// is seen from the eye in that direction, of which as much lies before the rain and within it.
+Left leftBeyond(Position water, Direction onward) {
+    Angle above = altitudeOf(onward) - sky.horizon;
+    SkyPlace at = skyPlace(sky, onward, max(above, 0.0), false);
+    Tristimulus whole = max(skyWhole(camera, sky, at, onward), vec3(1.0e-30));
+    Through rain = throughRain(at, water, onward);
+    return Left((rain.light + rain.passed * (whole - rain.air)) / whole, rain.passed);
+}
+#endif
+
 // `onward`: the ray's mirror at the water, if it falls on water; `disc`: share of the pixel that the
 // sun's disc fills, or its mirror image.
 Tristimulus around(Direction ray, SkyPlace at, Direction onward, Number disc) {
     Tristimulus light = skyWhole(camera, sky, at, ray);
     if (disc > 0.0 && !at.falls) light += disc * sunBeyond(sky, at);
 #if WATER
-    if (at.falls) light += mirroredLight(camera, sky, at, ray, onward, disc);
+    if (at.falls) {
+#if EXTINCTION
+        Left left = leftBeyond(waterDistance(sky, ray) * ray, onward);
+#else
+        const Left left = Left(vec3(1.0), 1.0);
+#endif
+        light += mirroredLight(camera, sky, at, ray, onward, disc, left);
+    }
 #endif
 #if EXTINCTION
-    Through rain = throughRain(at, ray);
+    Through rain = throughRain(at, vec3(0.0), ray);
     light = rain.light + rain.passed * (light - rain.air);
 #endif
     return light;
