@@ -45,10 +45,10 @@ def main(path: Path) -> None:
             kept.append(coded(field, black.setdefault(ozone, field), MOLECULES))
     mean, ground = (
         np.reshape(parts, (len(grounds), len(OZONE), *np.shape(parts[0])))
-        for parts in zip(*kept, strict=True)
+        for parts in ([one.mean for one in kept], [one.ground for one in kept])
     )
-    file = packed(Coded(mean, ground))
-    np.savez_compressed(path, mean=file["mean"], ground=file["ground"])
+    file = packed(kept[0]._replace(mean=mean, ground=ground))
+    np.savez_compressed(path, allow_pickle=False, **file)
 
 
 if __name__ == "__main__":

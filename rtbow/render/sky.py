@@ -159,7 +159,10 @@ class Surrounded:
         self._gl, self._method, self._skies = gl, method, skies
         self.bare = False
         skies.solve(world.around, building)
-        self._passes = _Passes(gl, world)
+        self._moments: Texture | None = None
+        if world.rain is not None and not world.volume.uniform:
+            self._moments = volume_texture(gl, world.moments())
+        self._passes = _Passes(gl, world, self._moments)
         self._suns: tuple[_SkyOf | None, ...] = ()
         self._take(world)
 
@@ -185,7 +188,7 @@ class Surrounded:
         if not same or not self._method.move(world):
             return False
         if world.view.size_px != self._world.view.size_px:
-            self._passes = _Passes(self._gl, world)
+            self._passes = _Passes(self._gl, world, self._moments)
         self._take(world)
         return True
 
@@ -249,7 +252,7 @@ class _Passes:
         textures: that are read, but those of a sun.
     """
 
-    def __init__(self, gl: GlContext, world: World) -> None:
+    def __init__(self, gl: GlContext, world: World, moments: Texture | None) -> None:
         block = block_for(world.view, _MOST_PIXELS)
         defines = {**_defines(world), "BLOCKS": block > 0}
         vertex = "fast/rough.vert" if block else "common/fullscreen.vert"
@@ -273,10 +276,10 @@ class _Passes:
                 program.set("blockSize", float(block))
             self._pixel.set("pictureSize", tuple(map(float, world.view.size_px)))
             self.textures += [nodes.values, nodes.flags]
-        if world.rain is not None and not world.volume.uniform:
+        if moments is not None:
             for program in self._along:
-                program.volume("volume.moments", world.moments())
-                self.textures.append(program.textures["volume.moments"])
+                program.bind("volume.moments", moments)
+            self.textures.append(moments)
 
     def take(self, world: World, sun: Sun, sky: _SkyOf) -> None:
         """Take over a world and one of its suns."""

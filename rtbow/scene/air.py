@@ -10,8 +10,16 @@ from rtbow.base.limits import GROUND_HEIGHTS_M, MOST_AEROSOL_DEPTH, PRESSURES_HP
 from rtbow.physics.constants import SEA_LEVEL_HPA, VISIBLE_NM
 from rtbow.scene.table import Table, number, refused, shown_as
 
-FREE_AEROSOL = ("angstrom_exponent", "single_scattering_albedo", "asymmetry", "scale_height_m")
-"""Keys of an aerosol that is no known mixture."""
+CUSTOM_AEROSOL = {
+    "optical_depth_550": 0.15,
+    "angstrom_exponent": 1.3,
+    "single_scattering_albedo": 0.93,
+    "asymmetry": 0.7,
+    "scale_height_m": 1200.0,
+}
+"""What an aerosol that is no known mixture has where a key is left out."""
+FREE_AEROSOL = tuple(key for key in CUSTOM_AEROSOL if key != "optical_depth_550")
+"""Keys that go with such an aerosol alone."""
 ALBEDOS = ("grass",)
 """Grounds that are known by name."""
 _MOST_VIOLET_DEPTH = 3.2
@@ -35,14 +43,16 @@ class Aerosol(Table):
         None,
         ge=0,
         le=MOST_AEROSOL_DEPTH,
-        description="vertical optical depth at 550 nm; left out: the model's, 0.15 of custom",
+        description="vertical optical depth at 550 nm; left out: the model's,"
+        f" {CUSTOM_AEROSOL['optical_depth_550']:g} of custom",
         json_schema_extra=shown_as("", "More of it hides what is far.", (0.0, 1.0)),
     )
     angstrom_exponent: float | None = Field(
         None,
         ge=-1,
         le=4,
-        description="of custom: exponent of the depth's fall with the wavelength; left out: 1.3",
+        description="of custom: exponent of the depth's fall with the wavelength; left out: "
+        f"{CUSTOM_AEROSOL['angstrom_exponent']:g}",
         json_schema_extra=shown_as("", "Small particles have a large one: their haze is blue."),
     )
     single_scattering_albedo: float | None = Field(
@@ -50,7 +60,7 @@ class Aerosol(Table):
         ge=0,
         le=1,
         description="of custom: share of the depth that is scattering; the rest is absorbed; left "
-        "out: 0.93",
+        f"out: {CUSTOM_AEROSOL['single_scattering_albedo']:g}",
         json_schema_extra=shown_as("", "Soot lowers it, and darkens the haze."),
     )
     asymmetry: float | None = Field(
@@ -58,14 +68,15 @@ class Aerosol(Table):
         ge=-0.9,
         le=0.9,
         description="of custom: parameter of the phase function of Cornette and Shanks; left out: "
-        "0.7",
+        f"{CUSTOM_AEROSOL['asymmetry']:g}",
         json_schema_extra=shown_as("", "Large particles have a large one: the sun has a glare."),
     )
     scale_height_m: float | None = Field(
         None,
         ge=100,
         le=20_000,
-        description="of custom: height over which its density falls by a factor e; left out: 1200",
+        description="of custom: height over which its density falls by a factor e; left out: "
+        f"{CUSTOM_AEROSOL['scale_height_m']:g}",
         json_schema_extra=shown_as("m", "A low layer is thick towards the horizon.", log=True),
     )
 
@@ -80,18 +91,6 @@ class Aerosol(Table):
             )
         return depth
 
-    @field_validator("angstrom_exponent")
-    @classmethod
-    def _is_so_in_violet(cls, exponent: float | None, info: ValidationInfo) -> float | None:
-        depth = info.data.get("optical_depth_550")
-        violet = (depth or 0.0) * (550.0 / VISIBLE_NM[0]) ** (exponent or 0.0)
-        if violet > _MOST_VIOLET_DEPTH:
-            raise refused(
-                f"gives a depth of {violet:.3g} at {VISIBLE_NM[0]:g} nm, where the sky holds its"
-                f" error up to {_MOST_VIOLET_DEPTH:g}; lower it, or optical_depth_550"
-            )
-        return exponent
-
     @model_validator(mode="after")
     def _numbers_go_with_custom(self) -> Self:
         given = [key for key in FREE_AEROSOL if getattr(self, key) is not None]
@@ -99,7 +98,21 @@ class Aerosol(Table):
             raise refused(
                 f'{given[0]} goes with model = "custom"; leave it out, or change the model'
             )
+        if self.model == "custom":
+            self._check_violet()
         return self
+
+    def _check_violet(self) -> None:
+        depth, exponent = (
+            CUSTOM_AEROSOL[key] if getattr(self, key) is None else getattr(self, key)
+            for key in ("optical_depth_550", "angstrom_exponent")
+        )
+        violet = depth * (550.0 / VISIBLE_NM[0]) ** exponent
+        if violet > _MOST_VIOLET_DEPTH:
+            raise refused(
+                f"a depth of {violet:.3g} at {VISIBLE_NM[0]:g} nm, where the sky holds its error up"
+                f" to {_MOST_VIOLET_DEPTH:g}; lower optical_depth_550 or angstrom_exponent"
+            )
 
 
 class Atmosphere(Table):

@@ -13,21 +13,13 @@ from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.drop.water import relative_index
 from rtbow.physics.light.fresnel import diffuse_reflectance
-from rtbow.scene.air import Aerosol
+from rtbow.scene.air import CUSTOM_AEROSOL, Aerosol
 from rtbow.scene.model import Scene
 from rtbow.tables.sky.air import Haze, make_air
 from rtbow.tables.sky.field import FIELD_NM, between_field_nm, no_field, sky_field
 from rtbow.tables.sky.light import Air, Scattered
 from rtbow.world.measured.albedo import Albedo, load_albedo
 
-_CUSTOM = {
-    "optical_depth_550": 0.15,
-    "angstrom_exponent": 1.3,
-    "single_scattering_albedo": 0.93,
-    "asymmetry": 0.7,
-    "scale_height_m": 1200.0,
-}
-"""Of a custom aerosol, what it does not give."""
 _WATER_C = 15.0
 """Of a ground that is water: 20 degrees more change what it mirrors by 0.5 %."""
 
@@ -142,9 +134,9 @@ def surroundings(scene: Scene) -> Surroundings | None:
 def haze_of(aerosol: Aerosol, wavelength_nm: Array) -> Haze:
     """Give an aerosol's optics at wavelengths (W,), and its layer."""
     if aerosol.model == "custom":
-        own = {key: getattr(aerosol, key) for key in _CUSTOM}
+        own = {key: getattr(aerosol, key) for key in CUSTOM_AEROSOL}
         *numbers, scale_height_m = (
-            _CUSTOM[key] if value is None else value for key, value in own.items()
+            CUSTOM_AEROSOL[key] if value is None else value for key, value in own.items()
         )
         return Haze(free_optics(wavelength_nm, *numbers), scale_height_m, np.inf)
     mixture = MIXTURES[aerosol.model]
@@ -162,8 +154,8 @@ def dimming_air(scene: Scene) -> Surroundings | None:
     if air is None or (air.aerosol is None and air.ozone_du == 0.0):
         return None
     pressure = air.pressure_hpa if air.rayleigh else 0.0
-    # Without its albedo, which dims nothing, but at its height.
-    ground = None if scene.ground is None else Ground(None, scene.ground.height_m)
+    # Black, for it dims nothing, but at its height.
+    ground = None if scene.ground is None else Ground(load_albedo(0.0), scene.ground.height_m)
     return Surroundings(pressure, False, ground, air.ozone_du, air.aerosol)
 
 

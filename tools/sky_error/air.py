@@ -144,5 +144,5 @@ def _solved_anew(numbers: dict[str, object]) -> Iterator[None]:
 
 def _skies(suns_deg: tuple[float, ...]) -> Array:
     """Radiance under suns along some rays (suns, rays, W)."""
-    light = field.sky_field(molecules.air(0.0))
+    light = field.solved_field(molecules.air(0.0))
     return floats([[molecules.seen(light, 0.0, sun, *ray)[0] for ray in _RAYS] for sun in suns_deg])

@@ -48,10 +48,14 @@ class Coded(NamedTuple):
             fourth over their sum; of another ground the light over that of black ground, times the
             depth: what it sends up does not go with the depth (..., molecules, H, Z, 4).
         ground: logarithms of the irradiance over the depth (..., molecules, Z).
+        heights_m: of the nodes (H,).
+        zeniths_rad: of the sun at the nodes (Z,).
     """
 
     mean: Array
     ground: Array
+    heights_m: Array
+    zeniths_rad: Array
 
 
 def coded(field: Scattered, black: Scattered, molecules: Array) -> Coded:
@@ -68,7 +72,8 @@ def coded(field: Scattered, black: Scattered, molecules: Array) -> Coded:
     if field is black:
         kept[..., 3] = mean[..., 3] / np.maximum(mean[..., :3].sum(axis=-1), _LEAST)
         kept[..., :3] = np.log(np.maximum(kept[..., :3], _LEAST))
-    return Coded(kept, np.log(np.maximum(ground / molecules[:, None], _LEAST)))
+    logarithm = np.log(np.maximum(ground / molecules[:, None], _LEAST))
+    return Coded(kept, logarithm, field.heights_m, field.zeniths_rad)
 
 
 _LEAST = 1e-38
@@ -104,6 +109,11 @@ def clear_field(air: Air, empty: Scattered) -> Scattered | None:
     ):  # fmt: skip
         return None
     kept, waves = _kept(), len(molecules)
+    if not (
+        np.array_equal(kept.heights_m, empty.heights_m)
+        and np.array_equal(kept.zeniths_rad, empty.zeniths_rad)
+    ):
+        return None
     shares = np.einsum("ow,mw->omw", _lagrange(OZONE, ozone), _lagrange(MOLECULES, molecules))
     shares = shares.reshape(-1, waves)
 
@@ -143,10 +153,11 @@ def _lagrange(nodes: Array, at: Array) -> Array:
 def _kept() -> Coded:
     with np.load(resource_dir("data") / FILE) as file:
         mean, ground = _unpacked(file["mean"], -2), _unpacked(file["ground"], -1)
+        nodes = file["heights_m"], file["zeniths_rad"]
     mean[..., 3] /= _SHARES
     mean[1:, ..., :3] = np.exp(mean[1:, ..., :3])
     mean[1:, ..., 3] *= mean[1:, ..., :3].sum(axis=-1)
-    return Coded(mean, ground)
+    return Coded(mean, ground, *nodes)
 
 
 _LOW, _STEP = -24.0, 32.0 / 65535
@@ -155,14 +166,17 @@ _SHARES = 8.0
 """By which shares from -1 to 1 are multiplied to be kept alike."""
 
 
-def packed(kept: Coded) -> dict[str, Packed]:
-    """Give what the file holds of fields (grounds, ozone, ...): logarithms in 16 bits, as steps
-    from one angle of the sun to the next, which are small."""
+def packed(kept: Coded) -> dict[str, Packed | Array]:
+    """Give what the file holds of fields (grounds, ozone, ...): the nodes, and logarithms in 16
+    bits, as steps from one angle of the sun to the next, which are small."""
     mean = kept.mean.copy()
     mean[1:, ..., 3] /= mean[1:, ..., :3].sum(axis=-1)
     mean[1:, ..., :3] = np.log(np.maximum(mean[1:, ..., :3], _LEAST))
     mean[..., 3] *= _SHARES
-    return {"mean": _packed(mean, -2), "ground": _packed(kept.ground, -1)}
+    return {
+        "mean": _packed(mean, -2), "ground": _packed(kept.ground, -1),
+        "heights_m": kept.heights_m, "zeniths_rad": kept.zeniths_rad,
+    }  # fmt: skip
 
 
 def _packed(values: Array, axis: int) -> Packed:

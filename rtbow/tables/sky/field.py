@@ -71,8 +71,11 @@ def sky_field(air: Air, progress: Progress = no_progress) -> Scattered:
     """
     empty = no_field(air.depth.shape[1], hazy=air.hazy)
     known = clear_field(air, empty)
-    if known is not None:
-        return known
+    return kept_field(air, progress) if known is None else known
+
+
+def kept_field(air: Air, progress: Progress = no_progress) -> Scattered:
+    """Solve for what an air has scattered, or take it from the cache."""
 
     def build() -> dict[str, Array]:
         solved = solved_field(air, progress)
@@ -82,6 +85,7 @@ def sky_field(air: Air, progress: Progress = no_progress) -> Scattered:
     parts = (np.asarray(part) for part in air._replace(phase=air.albedo))  # which it is not of
     key = " ".join([code, *(f"{part.shape} {part.tobytes()!r}" for part in parts)])
     kept = cached_arrays("sky", key, build)
+    empty = no_field(air.depth.shape[1], hazy=air.hazy)
     return empty._replace(mean=floats(kept["mean"]), ground=floats(kept["ground"]))
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.render.sky import Seen, SkiesAtOnce, Wanted
+from rtbow.tables.sky.light import Scattered
 from rtbow.tables.sky.rays import FALLING, Eye
 from rtbow.tables.sky.seen import PHASE_PARTS, Mirror
 from rtbow.view.worker.sky_processes import Maker, Solver
@@ -37,6 +38,8 @@ _WAY = 4
 _MEMORY_S = 1.0
 """How long a sun's way counts for where it is expected next."""
 _LOOK_S = 0.1
+_MOST_CONVERTED = 8
+"""Skies of another air that are kept as they are drawn in the place of others."""
 _METRES_PER_DEGREE = 1000.0
 """A sky of an eye that much higher or lower stands in as well as one of a sun a degree away."""
 
@@ -69,7 +72,8 @@ class BesideSkies:
         self._news = news
         self._change = threading.Condition()
         self._made: list[tuple[Wanted, Seen]] = []
-        self._converted: tuple[Seen, _Parts, Seen] | None = None
+        self._converted: list[tuple[Seen, _Parts, Seen]] = []
+        self._solved: list[tuple[Surroundings, Scattered]] = []
         self._wanted: list[Wanted] = []
         self._missing: list[Wanted] = []
         self._ahead: list[Wanted] = []
@@ -183,10 +187,12 @@ class BesideSkies:
 
     def _same(self, seen: Seen, parts: _Parts) -> Seen:
         """Give a sky with some parts, or without: the same object as last time."""
-        last = self._converted
-        if last is None or last[0] is not seen or last[1] != parts:
-            last = self._converted = seen, parts, _with_parts(seen, parts)
-        return last[2]
+        for before, had, converted in self._converted:
+            if before is seen and had == parts:
+                return converted
+        made = _with_parts(seen, parts)
+        self._converted = [*self._converted[1 - _MOST_CONVERTED :], (seen, parts, made)]
+        return made
 
     def _note_way(self, wanted: Sequence[Wanted]) -> None:
         """Remember where the first sun stood, and when."""
@@ -260,13 +266,19 @@ class BesideSkies:
     def _make(self, todo: Wanted) -> None:
         """Make a sky, and say so if a picture waits for it."""
         begun = time.monotonic()
-        if self._maker is None:
-            self._maker = Maker()
+        with self._change:
+            if self._closed:
+                return
+            maker = self._maker = self._maker or Maker()
+            solved, self._solved = self._solved, []
         try:
-            self._maker.begin(todo)
-            while not self._maker.wait(_LOOK_S):
+            # While it sums a sky it would not listen, nor would this thread to its reply.
+            for around, field in solved:
+                maker.know(around, field)
+            maker.begin(todo)
+            while not maker.wait(_LOOK_S):
                 self._look_at_solver()
-            made = self._maker.take()
+            made = maker.take()
         except (EOFError, OSError):
             self._maker = None
             self._fail(todo.around)
@@ -306,17 +318,19 @@ class BesideSkies:
             self._give_up()
             self._asked = around, now
         if self._solver is None:
-            if now - self._asked[1] >= _REST_S:
-                self._solver = Solver(around)
+            with self._change:
+                begin = now - self._asked[1] >= _REST_S and not self._closed
+                if begin:
+                    self._solver = Solver(around)
+            if begin:
                 self._say(0.0)
             return
         before, alive = self._solver.share, self._solver.alive
         solved = self._solver.take()
         if solved is not None:
             self._end_solver()
-            if self._maker is not None:
-                self._maker.know(around, solved)
             with self._change:
+                self._solved.append((around, solved))
                 self._unknown.remove(around)
         elif not alive:
             self._end_solver()

@@ -75,7 +75,7 @@ def _named(name: str) -> Albedo:
 @lru_cache(maxsize=8)
 def _measured(path: str, column: str, state: str) -> Albedo:
     """Read a file whose content has the digest ``state``."""
-    measured = read_spectrum(Path(path), column)
+    measured = read_spectrum(Path(path), column, shares=True)
     nm, value = measured.spectrum.wavelength_nm, measured.spectrum.value
     (first, last), (low, high) = measured.range_nm, VISIBLE_NM
     if first > low or last < high:

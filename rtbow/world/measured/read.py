@@ -85,12 +85,13 @@ class _Columns(NamedTuple):
     name: str
 
 
-def read_spectrum(path: Path, column: str = "") -> Measured:
+def read_spectrum(path: Path, column: str = "", *, shares: bool = False) -> Measured:
     """Read a spectrum from a file.
 
     Args:
         path: the file.
         column: name or number, from 1, of the column of values; empty where there is but one.
+        shares: whether values are shares of light, as a reflectance's, not a light's power.
 
     Raises:
         InputError: the file holds no spectrum of a light, or it is not clear which.
@@ -98,14 +99,14 @@ def read_spectrum(path: Path, column: str = "") -> Measured:
     table = other_format(path) or quick_table(path)
     if table is not None:
         try:
-            return _read(path, table, column)
+            return _read(path, table, column, shares=shares)
         except UnevenError:
             pass
-    return _read(path, careful_table(path), column)
+    return _read(path, careful_table(path), column, shares=shares)
 
 
-def _read(path: Path, table: Table, column: str) -> Measured:
-    columns = _choose(path, table, column)
+def _read(path: Path, table: Table, column: str, *, shares: bool) -> Measured:
+    columns = _choose(path, table, column, shares=shares)
     points, counts = _gather(path, table, columns)
     if points.count < 2:
         raise InputError(f"{path}: holds no spectrum but a single point; give two or more")
@@ -128,10 +129,13 @@ def _read(path: Path, table: Table, column: str) -> Measured:
     )  # fmt: skip
 
 
+_SHARES = ValueUnit("", "relative", None, False, "nm")
+"""Of shares of light, which are what they are at whatever abscissa."""
+
 # --- Columns -----------------------------------------------------------------------------------
 
 
-def _choose(path: Path, table: Table, column: str) -> _Columns:
+def _choose(path: Path, table: Table, column: str, *, shares: bool) -> _Columns:
     names = table.names or ("",) * table.width
     units = table.units or ("",) * table.width
     abscissa = next((n for n, name in enumerate(names) if ABSCISSA_NAME.search(name)), 0)
@@ -147,6 +151,8 @@ def _choose(path: Path, table: Table, column: str) -> _Columns:
             f"{path}: its abscissa names {error}; must be a wavelength in nm, µm, Å or m, a"
             " wavenumber in 1/cm, a frequency in Hz or THz, or an energy in eV, named in the header"
         ) from None
+    if shares:
+        return _Columns(abscissa, value, unit, bool(named), _SHARES, names[value])
     try:
         of_values = value_unit(names[value], units[value], unit)
     except UnitError as error:

@@ -8,7 +8,19 @@ import pytest
 import rtbow
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
-from skies.frames import CLEAR_CASES, HAZE, HAZY_CASES, METHODS, SCENE, WATER, difference, drawn
+from rtbow.render.fast.nodes import block_for
+from rtbow.world.world import resolve
+from skies.frames import (
+    CLEAR_CASES,
+    HAZE,
+    HAZY_CASES,
+    METHODS,
+    NARROW,
+    SCENE,
+    WATER,
+    difference,
+    drawn,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -48,6 +60,12 @@ def test_frames_are_the_references(method, case):
     delta_e = difference(method, CLEAR_CASES[case])
     assert delta_e.p99 < 0.5
     assert delta_e.worst < 1.0
+
+
+def test_narrow_pictures_are_drawn_at_nodes():
+    view = resolve(rtbow.load_scene("uniform", {**SCENE, **NARROW})).view
+    assert block_for(view, 8) == 2
+    assert block_for(resolve(rtbow.load_scene("uniform", SCENE)).view, 8) == 0
 
 
 def test_a_grid_dims_what_is_behind_it():

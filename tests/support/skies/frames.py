@@ -27,6 +27,8 @@ PLATEAU = {
     "atmosphere.pressure_hpa": 990.0,
 }  # fmt: skip
 """The ground, the eye and the drops of ``uniform`` three kilometres up."""
+NARROW = {"camera.fov_deg": 14.0, "camera.altitude_deg": 1.0}
+"""Pixels so small that the sky is drawn at nodes some of them apart."""
 METHODS = ("fast", "spectral")
 
 CLEAR_CASES = {
@@ -48,6 +50,15 @@ CLEAR_CASES = {
     },
     "grass": {"ground.albedo": "grass", "camera.altitude_deg": -15.0},
     "plateau": PLATEAU,
+    "nodes": NARROW,
+    "nodes-filter-dim": {
+        **NARROW, "camera.polarizer_deg": 30.0, "droplets.extinction": True,
+        "camera.azimuth_deg": 70.0,
+    },
+    "nodes-sun": {**NARROW, "camera.azimuth_deg": 178.0, "camera.altitude_deg": 18.0},
+    "nodes-glint": {
+        **NARROW, "ground.water": True, "camera.azimuth_deg": 182.0, "camera.altitude_deg": -18.0,
+    },
 }  # fmt: skip
 HAZY_CASES = {
     "bow": {**HAZE, "atmosphere.sky": False},
@@ -59,6 +70,9 @@ HAZY_CASES = {
     },
     "glint": {**HAZE, **GLINT},
     "plateau": {**HAZE, **PLATEAU},
+    "nodes-sun": {
+        **HAZE, **NARROW, "camera.azimuth_deg": 178.0, "camera.altitude_deg": 17.0,
+    },
 }  # fmt: skip
 
 

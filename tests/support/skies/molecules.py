@@ -10,7 +10,7 @@ import numpy as np
 from rtbow.physics.air.rayleigh import rayleigh_depth, sun_column
 from rtbow.physics.constants import EARTH_RADIUS_M, SCALE_HEIGHT_M
 from rtbow.tables.sky.air import make_air
-from rtbow.tables.sky.field import no_field, sky_field
+from rtbow.tables.sky.field import kept_field, no_field
 from rtbow.tables.sky.transport import ray_end
 from skies.check import Check, rms, worst
 from skies.gathered import direction, light_kept, polarisation, stokes
@@ -28,7 +28,7 @@ def air(albedo, waves_nm=WAVES_NM):
 @cache
 def field(albedo):
     """What it has scattered."""
-    return sky_field(air(albedo))
+    return kept_field(air(albedo))
 
 
 def seen(light, albedo, sun_deg, altitude_deg, azimuth_deg, **more):

@@ -10,7 +10,7 @@ import numpy as np
 from rtbow.physics.air.rayleigh import rayleigh_depth
 from rtbow.physics.light.spectrum import colour_weights, wavelength_bins
 from rtbow.tables.sky.air import make_air
-from rtbow.tables.sky.field import FIELD_NM, between_field_nm, sky_field
+from rtbow.tables.sky.field import FIELD_NM, between_field_nm, kept_field
 from rtbow.tables.sky.rays import AZIMUTHS, FALLING, RISING, Eye
 from rtbow.tables.sky.seen import sky_table
 from rtbow.world.measured.spectra import load_spectrum
@@ -25,7 +25,7 @@ COLOURS = np.eye(len(FIELD_NM))[:, [1, 7, 15]]
 @cache
 def field():
     """What that air has scattered."""
-    return sky_field(AIR)
+    return kept_field(AIR)
 
 
 def summed(height_m, sun_deg, altitude_deg, azimuth_deg, until_m=np.inf, colours=COLOURS):

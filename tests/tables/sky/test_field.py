@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtbow.base.limits import TOP_M
-from rtbow.tables.sky.field import FIELD_NM, field_at, sky_field
+from rtbow.tables.sky.field import FIELD_NM, field_at, kept_field
 from rtbow.tables.sky.transport import ray_end
 from skies import molecules
 from skies.check import assert_all
@@ -60,7 +60,7 @@ def test_rays_end_at_the_ground_or_where_air_does():
 
 def test_fields_between_wavelengths():
     between = np.array([392.0, 467.0, 642.0])
-    solved = sky_field(air(0.3, between))
-    found = field_at(sky_field(air(0.3, FIELD_NM)), between)
+    solved = kept_field(air(0.3, between))
+    found = field_at(kept_field(air(0.3, FIELD_NM)), between)
     level = solved.mean.max(axis=(0, 1, 2), keepdims=True)
     assert (np.abs(found.mean - solved.mean) / level).max() < 1e-3

@@ -35,6 +35,18 @@ def test_a_changed_file_is_read_again(tmp_path):
     assert load_albedo(path).at(np.array([580.0])) == [0.6]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Wavelength (nm);Reflectance\n380;0,2\n780;0,2\n",
+        "wavenumber (1/cm),reflectance\n12000,0.2\n27000,0.2\n",
+    ],
+)
+def test_reflectances_are_shares_whatever_they_are_over(tmp_path, text):
+    albedo = load_albedo(written(tmp_path, text))
+    np.testing.assert_allclose(albedo.at(np.array([400.0, 700.0])), 0.2)
+
+
 def test_means_hold_the_light(tmp_path):
     albedo = load_albedo(written(tmp_path, WHOLE))
     assert albedo.means(np.array([580.0]), 100.0)[0] == pytest.approx(0.5 - 0.25 * 50 * 0.003)
