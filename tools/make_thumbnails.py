@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 import rtbow
 from rtbow.frames.display import auto_exposure_ev, display
 from rtbow.frames.image import write_png
+from rtbow.scene.panorama import PANORAMA
 from rtbow.scene.text.file import builtin_scenes
 
 FOLDER = Path(__file__).resolve().parents[1] / "scenes" / "thumbnails"
@@ -25,11 +26,14 @@ SAMPLES = 3
 
 
 def thumbnail(name: str) -> NDArray[np.uint8]:
-    """Give a scene's picture, 8 bit sRGB."""
+    """Give a scene's picture, 8 bit sRGB; the middle of a panorama's."""
     width, height = SIZE_PX
-    size = [width * SAMPLES, height * SAMPLES]
+    whole = rtbow.load_scene(name).camera.projection == PANORAMA
+    size = [(2 * height if whole else width) * SAMPLES, height * SAMPLES]
     with rtbow.Renderer(rtbow.load_scene(name, {"camera.size_px": size})) as renderer:
         rgb = renderer.render()
+    beside = (size[0] - width * SAMPLES) // 2
+    rgb = rgb[:, beside : beside + width * SAMPLES]
     small = rgb.reshape(height, SAMPLES, width, SAMPLES, 3).mean(axis=(1, 3), dtype=np.float64)
     return display(small, auto_exposure_ev(small))
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from rtbow.base.arrays import Array, Float32, floats
 from rtbow.base.errors import UnsuitedError
+from rtbow.physics.air.earth_shadow import place_over_sphere
 from rtbow.physics.air.rayleigh import horizon_rad
 from rtbow.physics.light.spectrum import Spectrum, colour_weights, wavelength_bins
 from rtbow.tables.sky.air import shells_of
@@ -29,7 +30,7 @@ _HEIGHTS = 1024
 """Heights at which depths are kept, from the ground to the highest of drops and eye."""
 _PLACES = 9
 """Along each side of the rain's box, at which depths are looked at."""
-_MOST_OZONE = 0.01
+_MOST_OZONE = 0.02
 """The ozone's depth may differ between drops by twice this; it is taken as its middle."""
 _SAMPLES_PER_M = 1.0 / 150.0
 """Of rays through rain in haze, whose layers are a kilometre high: within 1e-3 of its light."""
@@ -61,7 +62,8 @@ def check_haze(world: World) -> None:
             " them out, or use --method reference"
         )
     for sun, key in zip(world.optics.suns, world.sun_keys, strict=True):
-        if world.shades(sun) or SunHaze(world, sun).ozone_spread > _MOST_OZONE:
+        shaded = hazy(world) and world.shades(sun)
+        if shaded or SunHaze(world, sun).ozone_spread > _MOST_OZONE:
             raise UnsuitedError(
                 f"atmosphere.ozone_du and aerosol with {key.name} so low that its way through them"
                 " differs between drops by more than shaders follow; leave them out, or use"
@@ -95,9 +97,26 @@ class SunHaze:
         return shells_of(self._air).column_at(height_m, clear)
 
     @cached_property
-    def _drop_heights(self) -> Array:
-        low, high = self._above_ground(self.world.volume.box_m[:, 2])
-        return np.linspace(low, high, _PLACES)
+    def _ozone_columns(self) -> Array:
+        """Vertical columns of ozone before drops that the sun reaches, at some places."""
+        if not self.world.shades(self.sun):
+            low, high = self._above_ground(self.world.volume.box_m[:, 2])
+            return floats(self._sun_columns(np.linspace(low, high, _PLACES))[1])
+        # Over the sphere, whose shadow falls on others.
+        places, eye = self._places, self.world.view.eye_m
+        height, altitude = place_over_sphere(places, eye, self.sun.direction)
+        height = self._above_ground(height)
+        clear = altitude - horizon_rad(height)
+        lit = clear >= 0.0
+        columns = floats(shells_of(self._air).column_at(height[lit], clear[lit])[1])
+        return columns if len(columns) else np.zeros(1)
+
+    @cached_property
+    def _places(self) -> Array:
+        """Places in the drops' box (n, 3)."""
+        low, high = self.world.volume.box_m
+        sides = [np.linspace(low[axis], high[axis], _PLACES) for axis in range(3)]
+        return np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 3)
 
     @property
     def ozone_spread(self) -> float:
@@ -105,9 +124,8 @@ class SunHaze:
         assert self.world.haze is not None
         if self.world.haze.ozone_du == 0.0:
             return 0.0
-        columns = self._sun_columns(self._drop_heights)[1]
         air = self.world.haze.air(floats([600.0]))
-        return float(0.5 * np.ptp(columns) * air.beam[1, 0])
+        return float(0.5 * np.ptp(self._ozone_columns) * air.beam[1, 0])
 
     @cached_property
     def _ozone_column(self) -> float:
@@ -115,7 +133,7 @@ class SunHaze:
         assert self.world.haze is not None
         if self.world.haze.ozone_du == 0.0:
             return 0.0
-        return float(self._sun_columns(self._drop_heights)[1].mean())
+        return float(self._ozone_columns.mean())
 
     @cached_property
     def top_m(self) -> float:
@@ -149,10 +167,7 @@ class SunHaze:
     @cached_property
     def ends(self) -> tuple[float, float]:
         """Least and greatest of these depths."""
-        low, high = self.world.volume.box_m
-        sides = [np.linspace(low[axis], high[axis], _PLACES) for axis in range(3)]
-        places = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 3)
-        eye = self.world.view.eye_m
+        places, eye = self._places, self.world.view.eye_m
         height = self._above_ground(places[:, 2])
         level = np.full(len(height), self._above_ground(eye)[2])
         length = np.linalg.norm(places - eye, axis=1)

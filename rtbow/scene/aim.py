@@ -97,7 +97,7 @@ def _distance_m(eye_m: Vector, box_m: Corners | None) -> float:
     )
 
 
-def box_around(eye_m: Vector, around_m: tuple[float, float]) -> Corners:
+def box_around(eye_m: Vector, around_m: tuple[float, float], ground_m: float = 0.0) -> Corners:
     """Give the corners of a box of rain that surrounds the eye.
 
     Its sides run along the axes of the scene, whichever way the camera looks. It ends at the
@@ -106,12 +106,12 @@ def box_around(eye_m: Vector, around_m: tuple[float, float]) -> Corners:
     Args:
         eye_m: where the camera is: east, north, up.
         around_m: how far the rain reaches from the eye to the east, west, north and south, and how
-            high it goes above the eye. Its floor is the ground, at 0 m, or the eye where that is
-            lower.
+            high it goes above the eye. Its floor is the ground, or the eye where that is lower.
+        ground_m: height of the ground.
     """
     reach, height = around_m
     east, north, up = eye_m
-    low = (east - reach, north - reach, min(up, 0.0))
+    low = (east - reach, north - reach, min(up, ground_m))
     high = (east + reach, north + reach, up + height)
     most = MAX_COORDINATE_M
     return (

@@ -426,7 +426,8 @@ class Scene(Table):
         """
         droplets, camera = self.droplets, self.camera
         if droplets.around_m is not None:
-            box = {"box_m": box_around(camera.position_m, droplets.around_m)}
+            ground_m = 0.0 if self.ground is None else self.ground.height_m
+            box = {"box_m": box_around(camera.position_m, droplets.around_m, ground_m)}
             object.__setattr__(self, "droplets", self._following(droplets, box, "around_m"))
         if camera.look is not None:
             angles = dict(zip(LOOKED_AT, self._look_deg(camera.look), strict=True))

@@ -31,7 +31,7 @@ def small() -> Rows:
 
 
 def large(pixels: int) -> Rows:
-    """Frames of ``default``, some of their pixels, against the reference at 1 nm.
+    """Frames of ``curtain``, some of their pixels, against the reference at 1 nm.
 
     Args:
         pixels: how many are compared.
@@ -40,11 +40,11 @@ def large(pixels: int) -> Rows:
     cases = {"sky": SKY, "sky, haze": HAZY, "sky, rain dims": {**SKY, "droplets.extinction": True}}
     sample = sample_pixels(SIZE_PX, pixels)
     for case, changes in cases.items():
-        scene = rtbow.load_scene("default", changes)
+        scene = rtbow.load_scene("curtain", changes)
         with rtbow.Renderer(scene) as renderer:
             frame = renderer.render("fast")
         found = colour_error(sample.of(frame), reference_xyz(scene, sample))
         assert found is not None
-        what = f"`default` {size}, {case}, fast, {len(sample)} pixels"
+        what = f"`curtain` {size}, {case}, fast, {len(sample)} pixels"
         yield Row(f"{what}: median", found.delta_e.median, None, "ΔE2000")
         yield Row(f"{what}: 99 %", found.delta_e.p99, _BOUND, "ΔE2000")

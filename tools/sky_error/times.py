@@ -21,7 +21,7 @@ _SUNS_DEG = (40.0, 30.0, 20.0, 12.0, 8.0)
 def moved() -> Rows:
     """Work for one core that another sun makes: what a frame of it takes more than the next one."""
     for case, changes in (("no sky", _without()), ("sky", SKY), ("sky, haze", HAZY)):
-        scene, took = rtbow.load_scene("default", changes), []
+        scene, took = rtbow.load_scene("curtain", changes), []
         with rtbow.Renderer(scene) as renderer:
             renderer.draw("fast")
             for again in range(2):  # tables for stretches of air are made in the first round
@@ -39,7 +39,7 @@ def moved() -> Rows:
 
 
 def start() -> Rows:
-    """Whole processes of ``rtbow render default`` with a sky."""
+    """Whole processes of ``rtbow render curtain`` with a sky."""
     for case, changes in (("sky", SKY), ("sky, haze", HAZY)):
         own, other = _words(changes), _words({**changes, "ground.albedo": 0.2})
         with tempfile.TemporaryDirectory() as folder:
@@ -48,11 +48,11 @@ def start() -> Rows:
                 ("with an empty cache", own), ("warm", own), ("with another ground", other),
             ):  # fmt: skip
                 seconds = process_seconds(cache, output, *words)
-                yield Row(f"a picture of `default`, {case}, {said}", seconds, unit="s")
+                yield Row(f"a picture of `curtain`, {case}, {said}", seconds, unit="s")
 
 
 def cost(runs: int) -> Rows:
-    """Frames of ``default`` with and without a sky, one after the other.
+    """Frames of ``curtain`` with and without a sky, one after the other.
 
     Args:
         runs: how many of each; the least time counts.
@@ -66,7 +66,7 @@ def cost(runs: int) -> Rows:
     took: dict[str, list[float]] = {case: [] for case in cases}
     with ExitStack() as stack:
         renderers = {
-            case: stack.enter_context(rtbow.Renderer(rtbow.load_scene("default", changes)))
+            case: stack.enter_context(rtbow.Renderer(rtbow.load_scene("curtain", changes)))
             for case, changes in cases.items()
         }
         for renderer in renderers.values():
@@ -78,7 +78,7 @@ def cost(runs: int) -> Rows:
                 took[case].append(time.perf_counter() - begun)
         device = next(iter(renderers.values())).gl_renderer
     for case, seconds in took.items():
-        what = f"a frame of `default` by fast, {case}, least of {runs}, {device}"
+        what = f"a frame of `curtain` by fast, {case}, least of {runs}, {device}"
         yield Row(what, 1e3 * float(np.min(seconds)), unit="ms")
 
 
@@ -94,4 +94,4 @@ def _words(changes: Mapping[str, object]) -> list[str]:
         for key, value in changes.items()
         if key != "camera.size_px"
     ]
-    return ["default", *(word for setting in settings for word in ("--set", setting))]
+    return ["curtain", *(word for setting in settings for word in ("--set", setting))]

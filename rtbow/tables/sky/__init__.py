@@ -1,1 +1,1 @@
-"""The air's own light: what molecules scatter more than once, over height and sun."""
+"""The sky: what air has scattered, solved for or known ahead, and tables of what an eye sees."""

@@ -1,4 +1,4 @@
-"""The mean field of light that molecules have scattered, all orders, over a spherical Earth.
+"""The field of light that molecules and aerosol have scattered, all orders, over a spherical Earth.
 
 Solved by successive orders: rays from nodes over height and the sun's zenith angle gather what the
 order before left along them, through spherical shells. The whole series' sum follows from its first
