@@ -117,10 +117,39 @@ def scene_report(scene: Scene) -> str:
         ("view", _view_text(scene.camera, world.view)),
         *_drop_lines(world),
         *_extinction_lines(scene, world),
+        *_air_lines(world),
         *_light_lines(scene, world),
         *(("note", note) for note in (*world.notes, *horizon_notes(scene))),
     ]
     return "\n".join(f"{label + ':':<18}{text}" for label, text in lines)
+
+
+def _air_lines(world: World) -> list[tuple[str, str]]:
+    """Say what air and ground there are."""
+    if not world.optics.has_air:
+        air = "none"
+    else:
+        air = f"molecules at {world.optics.pressure_hpa:g} hPa at height 0"
+        if world.haze is not None:
+            green = world.haze.air(floats([MIDDLE_NM]))
+            if world.haze.ozone_du:
+                air += f"; ozone, {world.haze.ozone_du:g} DU"
+            if world.haze.aerosol is not None:
+                model, depth = world.haze.aerosol.model, green.beam[-1, 0]
+                air += f"; aerosol {model}, of depth {depth:.3g} at 550 nm"
+        glows = world.around is not None and world.around.glows
+        air += "; with its own light" if glows else "; without its own light (atmosphere.sky)"
+    ground = None if world.around is None else world.around.ground
+    if ground is None:
+        return [("air", air)]
+    if ground.albedo is None:
+        what = "still water"
+    else:
+        short, middle, long = ground.albedo.at(floats([450.0, MIDDLE_NM, 650.0]))
+        what = f"albedo {short:.3g}, {middle:.3g}, {long:.3g} at 450, 550, 650 nm"
+        if short == middle == long:
+            what = f"albedo {middle:.3g}"
+    return [("air", air), ("ground", f"{what}, at {ground.height_m:g} m")]
 
 
 def _view_text(camera: Camera, view: View) -> str:
