@@ -103,12 +103,13 @@ def test_drops_drawn_at_grid_points_have_the_moments_of_the_mixture():
 
 def test_air_and_ground_are_told():
     changes = {"atmosphere.aerosol.model": "maritime-clean", "ground.height_m": -20.0}
-    report = scene_report(load_scene("default", changes))
+    report = scene_report(rtbow.load_scene("default", changes))
     air = next(line for line in report.splitlines() if line.startswith("air"))
     for words in ("1013.25 hPa", "300 DU", "maritime-clean, of depth 0.096", "its own light"):
         assert words in air
     ground = next(line for line in report.splitlines() if line.startswith("ground"))
-    assert "0.089" in ground and "-20 m" in ground
-    bare = scene_report(load_scene("uniform", {"atmosphere": None}))
+    assert "0.089" in ground
+    assert "-20 m" in ground
+    bare = scene_report(rtbow.load_scene("uniform", {"atmosphere": None}))
     assert "air:              none" in bare
     assert "ground" not in bare
