@@ -63,6 +63,9 @@ def _fit_lens(camera: dict[str, Any], right: dict[str, Any]) -> None:
     camera.pop("fov_deg" if "focal_length_mm" in camera else "sensor_mm", None)
     if camera.get("projection") == PANORAMA:
         make_whole(camera, set())
+        if camera.get("pixel") == "area":
+            # The reference follows light over a whole quarter of the sky for an hour.
+            camera["size_px"] = [24, 12]
         for key in LENS_ALONE:
             right.pop(f"camera.{key}", None)
 
