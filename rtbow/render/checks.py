@@ -6,7 +6,7 @@ import numpy as np
 
 from rtbow.base.arrays import AXES
 from rtbow.base.errors import UnsuitedError
-from rtbow.base.limits import LEAST_SHARE_OF_DISTANCE
+from rtbow.base.limits import HIGHEST_SKY_M, LEAST_SHARE_OF_DISTANCE
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import check_sizes
 from rtbow.render.haze import check_haze
@@ -34,6 +34,13 @@ def _check_ground(world: World, around: Surroundings) -> None:
         raise UnsuitedError(
             f"droplets.box_m begins {floor:g} m up, below what is around it: the ground hides drops"
             f" from --method reference alone; begin at {ground:g} or higher"
+        )
+    height = float(around.above_ground(world.view.eye_m)[2])
+    if around.glows and height > HIGHEST_SKY_M:
+        raise UnsuitedError(
+            f"camera.position_m is {height:g} m above the ground, where the sky's edge is finer than"
+            f" tables for shaders; go no higher than {HIGHEST_SKY_M:g} m, or use --method"
+            " reference"
         )
     wet = around.ground is not None and around.ground.water
     if wet and around.aerosol is not None and world.view.polarizer is not None:

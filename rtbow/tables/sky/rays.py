@@ -18,7 +18,7 @@ from rtbow.physics.constants import EARTH_RADIUS_M
 from rtbow.tables.sky.air import shells_of
 from rtbow.tables.sky.light import Air
 
-RISING, FALLING = 48, 32
+RISING, FALLING = 48, 44
 """Rows above and below the horizon."""
 AZIMUTHS = 25
 """Columns, from the sun's azimuth to the opposite one."""

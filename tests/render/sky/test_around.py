@@ -8,7 +8,9 @@ import pytest
 import rtbow
 from rtbow.frames.difference import frame_difference
 from rtbow.physics.light.colour import rgb_to_xyz
+from rtbow.physics.light.spectrum import luminous
 from rtbow.render.fast.nodes import block_for
+from rtbow.world.measured.spectra import load_spectrum
 from rtbow.world.world import resolve
 from skies.frames import (
     CLEAR_CASES,
@@ -115,3 +117,45 @@ def test_haze_that_water_mirrors_through_a_filter_is_left_to_the_reference():
 def test_a_sky_without_a_sun_is_dark():
     frame = drawn("fast", {"camera.pixel": "centre"}, "street-lamp")
     assert np.all(np.isfinite(frame))
+
+
+@pytest.mark.parametrize("disc_deg", [0.05, 0.533, 3.0])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"camera.fov_deg": 60.0, "camera.size_px": [48, 28]},
+        {"camera.fov_deg": 61.7, "camera.size_px": [48, 28], "camera.roll_deg": 30.0},
+        {"camera.projection": "panorama", "camera.size_px": [160, 80]},
+    ],
+    ids=["lens", "rolled", "panorama"],
+)
+def test_a_disc_gives_its_irradiance_whatever_its_pixels_are(changes, disc_deg):
+    bare = {
+        "atmosphere": None, "ground.albedo": 0.0, "camera.pixel": "area",
+        "light.0.angular_diameter_deg": disc_deg, "light.0.spectrum": "equal-energy",
+        "light.0.irradiance_w_m2": 1.0, "light.0.altitude_deg": 63.3, "camera.azimuth_deg": 170.0,
+        "droplets.box_m": [[-10.0, 90_000.0, 0.0], [10.0, 90_010.0, 10.0]],
+    }  # fmt: skip
+    lens = {} if "camera.projection" in changes else {"camera.altitude_deg": 60.0}
+    scene = rtbow.load_scene("uniform", {**bare, **lens, **changes})
+    with rtbow.Renderer(scene) as renderer:
+        frame = renderer.render("fast")
+    width, height = changes["camera.size_px"]
+    if "camera.projection" in changes:
+        edges = np.sin(0.5 * np.pi - np.pi * np.arange(height + 1) / height)
+        solid = (edges[:-1] - edges[1:])[:, None] * np.full(width, 2.0 * np.pi / width)
+    else:
+        pixel = 2.0 * np.tan(np.radians(0.5 * changes["camera.fov_deg"])) / width
+        x, y = (pixel * (np.arange(n) + 0.5 - 0.5 * n) for n in (width, height))
+        solid = pixel**2 * (1.0 + x**2 + y[:, None] ** 2) ** -1.5
+    lux = float((rgb_to_xyz(frame)[..., 1] * solid).sum())
+    expected = luminous(load_spectrum("equal-energy").scaled(1.0))
+    assert lux == pytest.approx(expected, rel=0.02)
+
+
+def test_an_eye_far_above_the_air_is_left_to_the_reference():
+    high = {"camera.position_m": [0.0, 0.0, 40_000.0], "camera.size_px": [4, 3]}
+    with rtbow.Renderer(rtbow.load_scene("uniform", {**SCENE, **high})) as renderer:
+        renderer.render()
+        assert renderer.method_used == "reference"
+        assert "15000 m" in renderer.unsuited
