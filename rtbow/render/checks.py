@@ -38,8 +38,8 @@ def _check_ground(world: World, around: Surroundings) -> None:
     height = float(around.above_ground(world.view.eye_m)[2])
     if around.glows and height > HIGHEST_SKY_M:
         raise UnsuitedError(
-            f"camera.position_m is {height:g} m above the ground, where the sky's edge is finer than"
-            f" tables for shaders; go no higher than {HIGHEST_SKY_M:g} m, or use --method"
+            f"camera.position_m is {height:g} m above the ground, where the sky's edge is finer"
+            f" than tables for shaders; go no higher than {HIGHEST_SKY_M:g} m, or use --method"
             " reference"
         )
     wet = around.ground is not None and around.ground.water

@@ -7,8 +7,6 @@
 // What is around the drops along a ray: the air before, within and behind the rain, the ground and the
 // sun's disc, each behind what lies before it: linear Rec. 709 in cd/m².
 
-uniform Camera camera;
-uniform Sky sky;
 #if EXTINCTION
 // The rain that dims, relative to the eye.
 struct Volume {
@@ -20,11 +18,10 @@ struct Volume {
     Number extinction;     // 1/m
 #endif
 };
-uniform Volume volume;
 #endif
 
 #if EXTINCTION
-Number extinctionAt(Position at) {
+Number extinctionAt(Volume volume, Position at) {
 #if GRID
     return sampleDroplets(volume.moments, (at - volume.low) / (volume.high - volume.low)).extinction;
 #else
@@ -41,7 +38,8 @@ struct Through {
 // Along a ray: the air's light up to the end of each step is looked up; what it adds over the step is
 // dimmed as the mean of the step's samples of the rain.
 // `start`: of the ray; the air's light is that of a ray from the eye.
-Through throughRain(SkyPlace at, Position start, Direction ray) {
+Through throughRain(Camera camera, Sky sky, Volume volume, SkyPlace at, Position start,
+                    Direction ray) {
     vec2 span = boxSpan(ray, volume.low - start, volume.high - start);
     Through rain = Through(vec3(0.0), 1.0, vec3(0.0));
     if (span.x >= span.y) return rain;
@@ -53,7 +51,7 @@ Through throughRain(SkyPlace at, Position start, Direction ray) {
     for (int k = 0; k < SKY_STEPS; ++k) {
         Number left = 0.0;
         for (int j = 0; j < SKY_SAMPLES; ++j) {
-            Number thick = step * extinctionAt(start + (distance + 0.5 * step) * ray);
+            Number thick = step * extinctionAt(volume, start + (distance + 0.5 * step) * ray);
             left += exp(-depth) * meanDecay(thick);
             depth += thick;
             distance += step;
@@ -70,24 +68,28 @@ Through throughRain(SkyPlace at, Position start, Direction ray) {
 #if WATER && EXTINCTION
 // What rain leaves of light on its way to the water, along a mirrored ray; of the sky's as of one that
 // is seen from the eye in that direction, of which as much lies before the rain and within it.
-Left leftBeyond(Position water, Direction onward) {
+Left leftBeyond(Camera camera, Sky sky, Volume volume, Position water, Direction onward) {
     Angle above = altitudeOf(onward) - sky.horizon;
     SkyPlace at = skyPlace(sky, onward, max(above, 0.0), false);
     Tristimulus whole = max(skyWhole(camera, sky, at, onward), vec3(1.0e-30));
-    Through rain = throughRain(at, water, onward);
+    Through rain = throughRain(camera, sky, volume, at, water, onward);
     return Left((rain.light + rain.passed * (whole - rain.air)) / whole, rain.passed);
 }
 #endif
 
 // `onward`: the ray's mirror at the water, if it falls on water; `disc`: share of the pixel that the
 // sun's disc fills, or its mirror image.
-Tristimulus around(Direction ray, SkyPlace at, Direction onward, Number disc) {
+Tristimulus around(Camera camera, Sky sky,
+#if EXTINCTION
+                   Volume volume,
+#endif
+                   Direction ray, SkyPlace at, Direction onward, Number disc) {
     Tristimulus light = skyWhole(camera, sky, at, ray);
     if (disc > 0.0 && !at.falls) light += disc * sunBeyond(sky, at);
 #if WATER
     if (at.falls) {
 #if EXTINCTION
-        Left left = leftBeyond(waterDistance(sky, ray) * ray, onward);
+        Left left = leftBeyond(camera, sky, volume, waterDistance(sky, ray) * ray, onward);
 #else
         const Left left = Left(vec3(1.0), 1.0);
 #endif
@@ -95,7 +97,7 @@ Tristimulus around(Direction ray, SkyPlace at, Direction onward, Number disc) {
     }
 #endif
 #if EXTINCTION
-    Through rain = throughRain(at, vec3(0.0), ray);
+    Through rain = throughRain(camera, sky, volume, at, vec3(0.0), ray);
     light = rain.light + rain.passed * (light - rain.air);
 #endif
     return light;

@@ -2,6 +2,15 @@
 
 // One pixel of what is around the drops under one sun, added to a frame of what they scatter.
 
+uniform Camera camera;
+uniform Sky sky;
+#if EXTINCTION
+uniform Volume volume;
+#define RAIN volume,
+#else
+#define RAIN
+#endif
+
 out vec4 radiance;
 
 // Share of a pixel that is on the near side of an edge which is `ahead` of its middle, and by `change`
@@ -73,11 +82,11 @@ void main() {
     // Of a pixel that the horizon crosses, the middle of either part.
     if (share > 0.0) {
         SkyPlace at = skyPlace(sky, ray, share < 1.0 ? 0.5 * share * rise : above, false);
-        light += share * around(ray, at, ray, disc);
+        light += share * around(camera, sky, RAIN ray, at, ray, disc);
     }
     if (share < 1.0) {
         SkyPlace at = skyPlace(sky, ray, share > 0.0 ? 0.5 * (share - 1.0) * rise : above, true);
-        light += (1.0 - share) * around(ray, at, onward, below);
+        light += (1.0 - share) * around(camera, sky, RAIN ray, at, onward, below);
     }
     radiance = vec4(light, 1.0);
 }
