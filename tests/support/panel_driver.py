@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from rtbow.base.errors import InputError
 from rtbow.gl.context import GlContext
+from rtbow.scene.air import FREE_AEROSOL
 from rtbow.scene.lights import LIT, TIME_AND_PLACE
 from rtbow.scene.model import Scene
 from rtbow.scene.radius import GammaRadius
@@ -292,7 +293,10 @@ def scene_rows(table: BaseModel, path: str = "", node: Node = ROOT) -> Iterator[
 def shown_rows(scene: Scene) -> list[Row]:
     """Give those that go with the rest of the scene."""
     drops = scene.droplets
-    without = {"light", "compare"}
+    without = {"light", "compare", "camera.projection"}  # the window has a lens
+    haze = scene.atmosphere and scene.atmosphere.aerosol
+    if haze and haze.model != "custom":
+        without |= {f"atmosphere.aerosol.{key}" for key in FREE_AEROSOL}
     if scene.camera.focal_length_mm is None:
         without.add("camera.sensor_mm")
     if scene.camera.look is not None:
