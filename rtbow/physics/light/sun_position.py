@@ -21,11 +21,10 @@ from typing import cast
 import ephem
 
 from rtbow.base.errors import InputError
-from rtbow.physics.constants import MOON_RADIUS_KM
+from rtbow.physics.constants import MOON_RADIUS_KM, SEA_LEVEL_HPA
 
 YEARS = (1900, 2100)
 """Between these the error above holds."""
-SEA_LEVEL_HPA = 1013.25
 SEA_LEVEL_C = 15.0
 
 _LEAST_REFRACTED_DEG = -1.0

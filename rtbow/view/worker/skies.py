@@ -132,7 +132,7 @@ class BesideSkies:
             self._change.notify_all()
 
     def close(self) -> None:
-        """End the thread and the process; what is being made is given up."""
+        """End the thread and both processes; what is being made is given up."""
         with self._change:
             self._closed = True
             self._wanted, self._ahead = [], []

@@ -21,20 +21,18 @@ from checkout import ROOT
 from rtbow.physics.air.aerosol import AerosolOptics
 from rtbow.physics.air.ozone import ozone_depth
 from rtbow.physics.air.rayleigh import rayleigh_depth
-from rtbow.physics.light.sun_position import SEA_LEVEL_HPA, sun_position
+from rtbow.physics.constants import SEA_LEVEL_HPA
+from rtbow.physics.light.sun_position import sun_position
 from rtbow.scene.air import Aerosol as AerosolKeys
 from rtbow.tables.sky.air import make_air
 from rtbow.tables.sky.field import no_field, sky_field
+from rtbow.world.measured.albedo import load_albedo
 from rtbow.world.measured.spectra import load_spectrum
 from rtbow.world.sky import haze_of
 from skies.check import Check, rms
 from skies.gathered import direction, stokes
 
-GRASS = {400: 0.022, 440: 0.030, 480: 0.032, 520: 0.055, 560: 0.089, 600: 0.061, 640: 0.048,
-         680: 0.035}  # fmt: skip
-"""Its albedo (Feister and Grewe, Photochem. Photobiol. 62, 736, 1995) at the wavelengths that were
-measured. Beyond 690 nm the air's water takes light, which is not computed."""
-FITTED_NM = np.array(list(GRASS), dtype=float)
+FITTED_NM = np.arange(400.0, 681.0, 40.0)
 CHECKED_NM = np.array([440.0, 560.0, 680.0])
 NEAREST_DEG = 25.0
 """Nearer to the sun nothing is compared: the light changes by per cents a degree there, and
@@ -95,7 +93,7 @@ def air(wavelength_nm, depth, model=MODEL):
     optics = AerosolOptics(depth, haze.optics.scattering, haze.optics.phase)
     return make_air(
         _PRESSURE_HPA / SEA_LEVEL_HPA * rayleigh_depth(wavelength_nm),
-        np.array([GRASS[int(nm)] for nm in wavelength_nm]),
+        load_albedo("grass").at(wavelength_nm),
         ozone_depth(wavelength_nm, _OZONE_DU),
         replace(haze, optics=optics),
     )
