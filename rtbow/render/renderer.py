@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rtbow.gl.context import GlContext
     from rtbow.render.fast.method import FastMethod
     from rtbow.render.method import Method
-    from rtbow.render.sky import Skies
+    from rtbow.render.sky.wanted import Skies
     from rtbow.world.world import World
 
 MethodName = Literal["auto", "fast", "spectral", "reference"]
@@ -209,7 +209,7 @@ class Renderer:
     def _drops_alone(self) -> NDArray[np.float32] | None:
         """Draw the last frame without its sky and ground, where it had any; None if no shader drew
         it."""
-        from rtbow.render.sky import Surrounded
+        from rtbow.render.sky.surrounded import Surrounded
         from rtbow.render.wide_pixels import unwrapped
 
         for name, methods in self._methods.items():
@@ -306,7 +306,7 @@ class Renderer:
     def _fast_methods(self) -> list[FastMethod]:
         """Give the methods ``fast`` in use, whatever draws around them."""
         from rtbow.render.fast.method import FastMethod
-        from rtbow.render.sky import Surrounded
+        from rtbow.render.sky.surrounded import Surrounded
         from rtbow.render.wide_pixels import unwrapped
 
         parts = [unwrapped(part) for parts in self._methods.values() for part in parts]
@@ -428,7 +428,7 @@ class Renderer:
     ) -> list[Method]:
         worlds = self._resolved()
         # Imported when used: each brings modules that the other does not need.
-        from rtbow.render.sky import with_surroundings
+        from rtbow.render.sky.surrounded import with_surroundings
         from rtbow.render.wide_pixels import in_parts, whole
 
         def around(made: Method, world: World) -> Method:

@@ -30,7 +30,7 @@ from rtbow.render.edges import PixelPass
 from rtbow.render.fast import limits
 from rtbow.render.fast.columns import lamp_column
 from rtbow.render.fast.light import LightPlan, most_texels, plan_light
-from rtbow.render.fast.nodes import Nodes, block_for
+from rtbow.render.fast.nodes import Nodes, block_for, draw_into
 from rtbow.render.fast.shared import Plan, bind_rain, light_defines, set_scene
 from rtbow.render.uniforms import lamp_pixels_wide, lamp_points
 from rtbow.tables.layout import running_integral
@@ -312,12 +312,8 @@ class FastLamp:
     def draw(self, target: FrameTarget, *, add: bool) -> None:
         """Draw its light into a frame, adding to what is there or in its place."""
         if self._nodes is not None:
-            for frame, program in (
-                (self._nodes.gathered, self._node), (self._nodes.flagged, self._flags),
-            ):  # fmt: skip
-                frame.use()
-                program.use()
-                program.draw()
+            draw_into(self._nodes.gathered, self._node)
+            draw_into(self._nodes.flagged, self._flags)
         target.use()
         with added_up(self._gl, add):
             self._compose.draw()

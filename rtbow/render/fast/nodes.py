@@ -5,6 +5,7 @@ from __future__ import annotations
 import moderngl
 
 from rtbow.gl.context import GlContext
+from rtbow.gl.program import GlProgram
 from rtbow.world.camera.view import View
 
 _WIDEST_DEG = 1.1
@@ -62,3 +63,10 @@ class Nodes:
         self.gathered = ctx.framebuffer([self.values, *self.weights])
         self.side_by_side = ctx.framebuffer([self.atlas]) if self.atlas else None
         self.flagged = ctx.framebuffer([self.flags])
+
+
+def draw_into(frame: moderngl.Framebuffer, program: GlProgram) -> None:
+    """Draw a program's one triangle over a target of nodes or flags."""
+    frame.use()
+    program.use()
+    program.draw()

@@ -25,7 +25,7 @@ from rtbow.render.edges import PixelPass
 from rtbow.render.fast import limits
 from rtbow.render.fast.columns import SunColumns, is_near, shaded_columns, sunward_columns
 from rtbow.render.fast.light import LightPlan, most_texels
-from rtbow.render.fast.nodes import Nodes, block_for
+from rtbow.render.fast.nodes import Nodes, block_for, draw_into
 from rtbow.render.fast.shared import Plan, bind_rain, light_defines, set_scene
 from rtbow.render.fast.sun_colours import SunColours, plan_sunlight, sunlight_degree
 from rtbow.render.haze import SunHaze, hazy
@@ -372,13 +372,7 @@ class FastSun:
         if nodes is None:
             return
         self._path.set("firstRow", float(row))
-        _draw_into(nodes.gathered, self._path)
+        draw_into(nodes.gathered, self._path)
         if nodes.side_by_side is not None:
-            _draw_into(nodes.side_by_side, self._hats)
-        _draw_into(nodes.flagged, self._flags)
-
-
-def _draw_into(frame: moderngl.Framebuffer, program: GlProgram) -> None:
-    frame.use()
-    program.use()
-    program.draw()
+            draw_into(nodes.side_by_side, self._hats)
+        draw_into(nodes.flagged, self._flags)

@@ -151,7 +151,8 @@ def _lagrange(nodes: Array, at: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def _kept() -> Coded:
-    with np.load(resource_dir("data") / FILE) as file:
+    # Opened here: given a path, NumPy asks for the current folder, which may be gone.
+    with (resource_dir("data") / FILE).open("rb") as opened, np.load(opened) as file:
         mean, ground = _unpacked(file["mean"], -2), _unpacked(file["ground"], -1)
         nodes = file["heights_m"], file["zeniths_rad"]
     mean[..., 3] /= _SHARES

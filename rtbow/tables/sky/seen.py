@@ -116,15 +116,14 @@ def sky_table(
         single = [np.matmul(light.sun, _coloured(part * weights.haze, colours)) for part in _PARTS]
         glare = _at_layers(np.stack(single), rays)
         phase = np.linalg.lstsq(_PARTS.T, air.phase.T, rcond=None)[0].astype(np.float32)
-    wet = bool(np.any(air.water > 0.0))
     return SkyTable(
         _at_layers(added, rays),
         glare,
         phase,
-        _ground_light(air, field, eye, rays, np.zeros_like(ground) if wet else ground),
+        _ground_light(air, field, eye, rays, ground),
         (rays.beam[:RISING] @ colours).astype(np.float32),
         float(horizon_rad(eye.height_m)),
-        _mirror(air, field, glow, eye, rays, colours) if wet else None,
+        _mirror(air, field, glow, eye, rays, colours) if np.any(air.water > 0.0) else None,
     )
 
 

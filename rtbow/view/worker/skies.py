@@ -12,16 +12,23 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
-from rtbow.base.arrays import Float32, Progress, no_progress
-from rtbow.render.sky import Seen, SkiesAtOnce, Wanted
+from rtbow.base.arrays import Progress, no_progress
+from rtbow.render.sky.wanted import Seen, SkiesAtOnce, Wanted
 from rtbow.tables.sky.light import Scattered
-from rtbow.tables.sky.rays import FALLING, Eye
-from rtbow.tables.sky.seen import PHASE_PARTS, Mirror
 from rtbow.view.worker.sky_processes import Maker, Solver
+from rtbow.view.worker.stand_ins import (
+    Parts,
+    alike,
+    between,
+    distance,
+    same_place,
+    turned,
+    with_parts,
+    words_for,
+)
 from rtbow.world.sky import Surroundings
 
 _MOST_SKIES = 24
@@ -40,8 +47,6 @@ _MEMORY_S = 1.0
 _LOOK_S = 0.1
 _MOST_CONVERTED = 8
 """Skies of another air that are kept as they are drawn in the place of others."""
-_METRES_PER_DEGREE = 1000.0
-"""A sky of an eye that much higher or lower stands in as well as one of a sun a degree away."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ class Waiting:
 
 
 class BesideSkies:
-    """Makes skies beside the pictures (:class:`rtbow.render.sky.Skies`).
+    """Makes skies beside the pictures (:class:`rtbow.render.sky.wanted.Skies`).
 
     Args:
         news: is told, from another thread, what the last picture waits for, and None as soon as
@@ -72,7 +77,7 @@ class BesideSkies:
         self._news = news
         self._change = threading.Condition()
         self._made: list[tuple[Wanted, Seen]] = []
-        self._converted: list[tuple[Seen, _Parts, Seen]] = []
+        self._converted: list[tuple[Seen, Parts, Seen]] = []
         self._solved: list[tuple[Surroundings, Scattered]] = []
         self._wanted: list[Wanted] = []
         self._missing: list[Wanted] = []
@@ -127,7 +132,7 @@ class BesideSkies:
             if self._wanted or not self._made:
                 return
             last = self._made[-1][0]
-            self._ahead = [_turned(last, np.radians(step)) for step in _AHEAD_DEG]
+            self._ahead = [turned(last, np.radians(step)) for step in _AHEAD_DEG]
             self._start()
             self._change.notify_all()
 
@@ -156,14 +161,14 @@ class BesideSkies:
 
         Those of the same air come first, then those of the air that was seen last.
         """
-        alike = [pair for pair in self._made if _alike(pair[0], wanted)]
-        if not alike:
+        usable = [pair for pair in self._made if alike(pair[0], wanted)]
+        if not usable:
             self.behind = "no sky so far: it is being made"
             return None
-        same = [pair for pair in alike if pair[0].around == wanted.around]
-        latest = alike[-1][0].around
-        choice = same or [pair for pair in alike if pair[0].around == latest]
-        choice.sort(key=lambda pair: _distance(pair[0].eye, wanted.eye))
+        same = [pair for pair in usable if pair[0].around == wanted.around]
+        latest = usable[-1][0].around
+        choice = same or [pair for pair in usable if pair[0].around == latest]
+        choice.sort(key=lambda pair: distance(pair[0].eye, wanted.eye))
         altitude = wanted.eye.sun_altitude_rad
         first = choice[0]
         above = first[0].eye.sun_altitude_rad > altitude
@@ -172,25 +177,25 @@ class BesideSkies:
                 pair
                 for pair in choice[1:]
                 if (pair[0].eye.sun_altitude_rad > altitude) != above
-                and _same_place(pair[0].eye, first[0].eye)
+                and same_place(pair[0].eye, first[0].eye)
             ),
             None,
         )
-        self.behind = _words(first[0], second and second[0], of_another_air=not same)
-        parts = _Parts.of(wanted.around)
+        self.behind = words_for(first[0], second and second[0], of_another_air=not same)
+        parts = Parts.of(wanted.around)
         if second is None or first[0].eye.sun_altitude_rad == altitude:
             return self._same(first[1], parts)
         low, high = first[0].eye.sun_altitude_rad, second[0].eye.sun_altitude_rad
         share = (altitude - low) / (high - low)
-        blended = _between(first[1], second[1], float(share), altitude)
-        return _with_parts(blended, parts)
+        blended = between(first[1], second[1], float(share), altitude)
+        return with_parts(blended, parts)
 
-    def _same(self, seen: Seen, parts: _Parts) -> Seen:
+    def _same(self, seen: Seen, parts: Parts) -> Seen:
         """Give a sky with some parts, or without: the same object as last time."""
         for before, had, converted in self._converted:
             if before is seen and had == parts:
                 return converted
-        made = _with_parts(seen, parts)
+        made = with_parts(seen, parts)
         self._converted = [*self._converted[1 - _MOST_CONVERTED :], (seen, parts, made)]
         return made
 
@@ -252,7 +257,7 @@ class BesideSkies:
                     return former
             elif not self._has(one):
                 step = self._expected() if len(self._wanted) == 1 else 0.0
-                return _turned(one, step) if step else one
+                return turned(one, step) if step else one
         return next((one for one in self._ahead if not self._has(one)), None)
 
     def _has(self, wanted: Wanted) -> bool:
@@ -352,102 +357,3 @@ class BesideSkies:
             self._solver.close()
         self._solver = None
         self._news(Waiting(None, ""))
-
-
-# --- skies that stand in for others ---------------------------------------------------------------
-
-
-def _turned(wanted: Wanted, by_rad: float) -> Wanted:
-    """Give the sky of a sun that is higher, at the zenith at most."""
-    altitude = float(np.clip(wanted.eye.sun_altitude_rad + by_rad, -0.5 * np.pi, 0.5 * np.pi))
-    return replace(wanted, eye=replace(wanted.eye, sun_altitude_rad=altitude))
-
-
-def _alike(one: Wanted, wanted: Wanted) -> bool:
-    """Whether a sky has the parts of another, of a sun of the same colours."""
-    parts = one.eye.polarised == wanted.eye.polarised
-    layers = len(one.eye.distances_m) == len(wanted.eye.distances_m)
-    return parts and layers and one.colours.tobytes() == wanted.colours.tobytes()
-
-
-def _same_place(one: Eye, other: Eye) -> bool:
-    """Whether skies of two eyes may be added up."""
-    return one.height_m == other.height_m and bool(np.all(one.distances_m == other.distances_m))
-
-
-def _distance(one: Eye, other: Eye) -> float:
-    """How far apart two eyes are, in degrees of the sun's altitude."""
-    degrees = abs(np.degrees(one.sun_altitude_rad - other.sun_altitude_rad))
-    return float(degrees + abs(one.height_m - other.height_m) / _METRES_PER_DEGREE)
-
-
-def _between(one: Seen, other: Seen, share: float, altitude_rad: float) -> Seen:
-    """Give what lies between two skies of one eye, at a share of the way to the second."""
-
-    def mean(a: Float32, b: Float32) -> Float32:
-        return np.asarray(a + np.float32(share) * (b - a), np.float32)
-
-    def mean_of_both(a: Float32 | None, b: Float32 | None) -> Float32 | None:
-        return None if a is None or b is None else mean(a, b)
-
-    (eye, first), (_, second) = one, other
-    mirror = None
-    if first.mirror is not None and second.mirror is not None:
-        mirror = first.mirror._replace(
-            sky=mean(first.mirror.sky, second.mirror.sky),
-            glare=mean_of_both(first.mirror.glare, second.mirror.glare),
-        )
-    table = first._replace(
-        layers=mean(first.layers, second.layers),
-        glare=mean_of_both(first.glare, second.glare),
-        ground=mean(first.ground, second.ground),
-        mirror=mirror,
-    )
-    return replace(eye, sun_altitude_rad=altitude_rad), table
-
-
-def _with_parts(seen: Seen, parts: _Parts) -> Seen:
-    """Give a sky the parts that haze and water have, dark where it has none, or take them away."""
-    eye, table = seen
-    layers, stokes, rows, columns, channels = table.layers.shape
-    glare, phase, mirror = table.glare, table.phase, table.mirror
-    if not parts.haze:
-        glare = phase = None
-    elif glare is None:
-        glare = np.zeros((layers, PHASE_PARTS, rows, columns, channels), np.float32)
-        phase = np.zeros((PHASE_PARTS, 2), np.float32)
-    if not parts.water:
-        mirror = None
-    else:
-        dark = np.zeros((PHASE_PARTS, FALLING, columns, channels), np.float32)
-        if mirror is None:
-            beyond = np.zeros((stokes, FALLING, channels), np.float32)
-            mirror = Mirror(np.zeros((stokes, *dark.shape[1:]), np.float32), None, beyond)
-        if not parts.haze:
-            mirror = mirror._replace(glare=None)
-        elif mirror.glare is None:
-            mirror = mirror._replace(glare=dark)
-    return eye, table._replace(glare=glare, phase=phase, mirror=mirror)
-
-
-class _Parts(NamedTuple):
-    """What a sky's tables have beside clear air and dry ground."""
-
-    haze: bool
-    water: bool
-
-    @classmethod
-    def of(cls, around: Surroundings) -> _Parts:
-        ground = around.ground
-        return cls(around.aerosol is not None, ground is not None and ground.water)
-
-
-def _words(first: Wanted, second: Wanted | None, *, of_another_air: bool) -> str:
-    """Say what sky is shown in the place of another."""
-    suns = sorted({round(_altitude_deg(one), 1) + 0.0 for one in (first, second) if one})
-    at = " and ".join(f"{sun:g}°" for sun in suns)
-    return f"sky of {'the former air' if of_another_air else f'suns at {at}'} for now"
-
-
-def _altitude_deg(wanted: Wanted) -> float:
-    return float(np.degrees(wanted.eye.sun_altitude_rad))

@@ -10,7 +10,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any
 
-from rtbow.render.sky import Wanted
+from rtbow.render.sky.wanted import Wanted
 from rtbow.tables.sky.light import Scattered
 from rtbow.tables.sky.seen import SkyTable
 from rtbow.world.sky import Surroundings

@@ -13,7 +13,7 @@ import pytest
 import rtbow.view.worker.skies as skies_module
 from rtbow.physics.constants import SEA_LEVEL_HPA
 from rtbow.render.renderer import Renderer
-from rtbow.render.sky import SkiesAtOnce, Wanted
+from rtbow.render.sky.wanted import SkiesAtOnce, Wanted
 from rtbow.scene.air import Aerosol
 from rtbow.scene.text.file import load_scene
 from rtbow.tables.sky.rays import Eye
