@@ -60,3 +60,10 @@ def test_what_is_allowed_up_to_its_bound(changes):
 def test_no_mixture_is_thicker_in_violet_than_a_free_aerosol_may_be():
     depths = [mixture_optics(mixture, FIELD_NM, 2.0).depth for mixture in MIXTURES.values()]
     assert 3.0 < max(depth.max() for depth in depths) < _MOST_VIOLET_DEPTH
+
+
+def test_rain_around_an_eye_begins_at_its_ground():
+    high = {"ground.height_m": 1200.0, "camera.position_m": [0.0, 0.0, 1300.0]}
+    around = {"droplets.box_m": None, "droplets.around_m": [400.0, 700.0]}
+    low, top = load_scene("uniform", {**high, **around}).droplets.box_m
+    assert (low[2], top[2]) == (1200.0, 2000.0)

@@ -106,9 +106,6 @@ class AerosolOptics:
     phase: Array
 
 
-_CODE = "physics.air.aerosol", "physics.air.aerosol_compiled", "physics.drop.mie"
-
-
 def mixture_optics(mixture: Mixture, wavelength_nm: Array, depth_550: float) -> AerosolOptics:
     """Sum a mixture by Lorenz-Mie theory, or take it from the cache.
 
@@ -133,7 +130,7 @@ def mixture_optics(mixture: Mixture, wavelength_nm: Array, depth_550: float) -> 
             phase += number * each[2]
         return {"extinction": extinction, "scattering": scattering, "phase": phase}
 
-    key = f"{source_digest(*_CODE)} {mixture} {nm.tobytes()!r}"
+    key = f"{source_digest('physics')} {mixture} {nm.tobytes()!r}"
     kept = cached_arrays("aerosol", key, build)
     extinction, scattering = floats(kept["extinction"]), floats(kept["scattering"])
     shape = extinction[:-1] / extinction[-1]

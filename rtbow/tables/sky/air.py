@@ -48,7 +48,7 @@ def _shells(ozone: bool, layer: tuple[float, float] | None) -> Shells:
             shells = with_constituent(shells, layer_density(SHELL_HEIGHTS_M, *layer))
         return shells._asdict()
 
-    code = source_digest("base.limits", "physics.air", "physics.constants", "tables.sky.air")
+    code = source_digest("base.limits", "physics", "tables.sky")
     kept = cached_arrays("shells", f"{code} {ozone} {layer}", build)
     return Shells(floats(kept["density"]), floats(kept["log_column"]))
 

@@ -50,12 +50,6 @@ _USUAL_ORDERS, _MOST_ORDERS = 6, 200
 """Shown as the length of the work, and the most that are computed: clear air takes 4 to 6, thick
 aerosol 8."""
 
-_CODE = (
-    "base.limits", "physics.air.rayleigh", "physics.air.shells", "physics.constants",
-    "physics.light.fresnel", "tables.sky.field", "tables.sky.light", "tables.sky.transport",
-)  # fmt: skip
-"""What a field is computed with; what it is computed from is part of its key."""
-
 PROBES = np.zeros((COMPONENTS, 3, 3))
 PROBES[0, 0, 0] = PROBES[1, 1, 1] = PROBES[2, 2, 2] = 1.0
 PROBES[3, 0, 2] = PROBES[3, 2, 0] = 0.5
@@ -81,7 +75,7 @@ def kept_field(air: Air, progress: Progress = no_progress) -> Scattered:
         solved = solved_field(air, progress)
         return {"mean": solved.mean, "ground": solved.ground}
 
-    code = source_digest(*_CODE)
+    code = source_digest("base.limits", "physics", "tables.sky")
     parts = (np.asarray(part) for part in air._replace(phase=air.albedo))  # which it is not of
     key = " ".join([code, *(f"{part.shape} {part.tobytes()!r}" for part in parts)])
     kept = cached_arrays("sky", key, build)

@@ -50,6 +50,15 @@ CLEAR_CASES = {
     },
     "grass": {"ground.albedo": "grass", "camera.altitude_deg": -15.0},
     "plateau": PLATEAU,
+    "ozone-shadow": {
+        "atmosphere.ozone_du": 300.0, "light.0.altitude_deg": -0.5,
+        "droplets.box_m": [[-2000.0, 300.0, 0.0], [2000.0, 1500.0, 1250.0]],
+    },
+    "water-shower": {
+        **WATER, "droplets.extinction": True, "light.0.altitude_deg": 28.0,
+        "droplets.box_m": [[-3000.0, 500.0, 0.0], [1000.0, 2500.0, 1500.0]],
+        "droplets.density.number_per_m3": 600.0,
+    },
     "nodes": NARROW,
     "nodes-filter-dim": {
         **NARROW, "camera.polarizer_deg": 30.0, "droplets.extinction": True,

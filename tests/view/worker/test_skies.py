@@ -62,17 +62,22 @@ class Processes:
 class FakeMaker:
     def __init__(self, processes: Processes) -> None:
         self._processes = processes
+        self._busy = False
 
     def know(self, around, field) -> None:
+        # Both ends would wait to be heard: fields are larger than what a pipe holds.
+        assert not self._busy, "told of an air while it sums a sky"
         self._processes.unknown.remove(around)
 
     def begin(self, one: Wanted) -> None:
+        self._busy = True
         self._processes.asked.append(one)
 
     def wait(self, seconds: float) -> bool:
         return self._processes.go.wait(seconds)
 
     def take(self) -> SkyTable | None:
+        self._busy = False
         last = self._processes.asked[-1]
         if last.around in self._processes.unknown:
             return None
@@ -249,6 +254,21 @@ def test_an_air_is_solved_for_beside_the_pictures_of_the_former_one(processes, p
     assert processes.solving[0].closed
     assert len(processes.solving) == 1
     assert Waiting(None, "") in painter.news
+
+
+def test_an_air_that_is_solved_while_a_sky_is_summed_is_told_afterwards(processes, painter):
+    painter.rest(wanted(10.0))
+    processes.unknown = [OZONE]
+    painter.paint(wanted(10.0, OZONE))
+    painter.until(lambda: processes.solving)
+    processes.go.clear()
+    before = len(processes.asked)
+    painter.paint(wanted(25.0, OZONE))  # under the former air, until its own is known
+    painter.until(lambda: len(processes.asked) > before)
+    processes.solving[0].result = ()
+    painter.until(lambda: processes.solving[0].closed)
+    processes.go.set()
+    assert shown(painter.rest(wanted(25.0, OZONE))) == pytest.approx(325.0)
 
 
 def test_an_air_that_is_wanted_no_more_is_given_up_at_once(processes, painter):
