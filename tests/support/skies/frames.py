@@ -51,8 +51,12 @@ CLEAR_CASES = {
     "grass": {"ground.albedo": "grass", "camera.altitude_deg": -15.0},
     "plateau": PLATEAU,
     "ozone-shadow": {
-        "atmosphere.ozone_du": 300.0, "light.0.altitude_deg": -0.5,
+        "atmosphere.ozone_du": 300.0, "atmosphere.sky": False, "light.0.altitude_deg": -0.5,
         "droplets.box_m": [[-2000.0, 300.0, 0.0], [2000.0, 1500.0, 1250.0]],
+        "camera.altitude_deg": 30.0, "camera.fov_deg": 60.0,
+    },
+    "thin": {
+        "atmosphere.pressure_hpa": 500.0, "atmosphere.sky": False, "light.0.altitude_deg": 5.0,
     },
     "water-shower": {
         **WATER, "droplets.extinction": True, "light.0.altitude_deg": 28.0,
