@@ -21,6 +21,8 @@ MOST_AEROSOL_DEPTH = 2.0
 """Vertical optical depth of aerosol up to which the sky holds its error; beyond are dust storms."""
 HIGHEST_SKY_M = 15_000.0
 """Eyes up to which tables of a sky hold a shader's error: CIEDE2000 0.13 at 12 km, 1.6 at 40 km."""
+STANDS_M = 1.0
+"""A box of drops whose floor is at most this high above the ground stands on it."""
 LEAST_EXTENT_M = 1e-3
 """A box that is thinner along any axis is a mistake: it holds no drop."""
 LEAST_SHARE_OF_DISTANCE = 2e-5

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Indices
+from rtbow.base.arrays import Array, Indices, Mask
 from rtbow.base.compiled import compiled, prange
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER
 from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
@@ -43,6 +43,10 @@ class Rays(NamedTuple):
     entry: Array
     leave: Array
     longest: Array
+
+    def some(self, chosen: Mask) -> Rays:
+        """Give the chosen ones."""
+        return Rays(self.origin, *(each[chosen] for each in self[1:]))
 
 
 class Grid(NamedTuple):

@@ -17,7 +17,8 @@ from functools import cached_property
 
 import numpy as np
 
-from rtbow.base.arrays import Array, Indices, Progress, floats, no_progress
+from rtbow.base.arrays import Array, Indices, Mask, Progress, floats, no_progress
+from rtbow.base.limits import STANDS_M
 from rtbow.physics.air.earth_shadow import place_over_sphere, shadow_span
 from rtbow.physics.air.rayleigh import horizon_rad, segment_column, sun_column
 from rtbow.physics.drop.airy import SCALE_POWER
@@ -65,6 +66,8 @@ _LAMP_RAIN_DEPTH = 0.05
 """The same of a piece at a lamp, over which the attenuation is taken as that of its middle."""
 _MIRRORED_PIECES = 12
 """Of the rain along a mirrored ray: the air within it is dimmed by straight lines between them."""
+_AT_FLOOR_M = 1e-3
+"""What leaves a box no higher than this above its floor leaves through the floor."""
 _RAIN_PIECES = 64.0
 """Pieces of a ray in rain that attenuates, at least: ways to lights have kinks."""
 _LAMP_PIECE_RAD = 0.01
@@ -152,9 +155,25 @@ class _Setup:
         haze = self.world.haze
         return None if haze is None else haze.air(self.optics.wavelength_nm)
 
+    def mirror_places(self, rays: Rays) -> Array:
+        """Where the rain behind a mirror begins, for rays that meet water (m, 3).
+
+        At the water; where a ray leaves through the floor of a box that stands on it, already
+        there: the ground is a sphere and falls away from the flat floor, the rain does not end
+        above it.
+        """
+        assert self.sky is not None
+        floor = self.volume.box_m[0, 2]
+        to_ground = self.sky.ground_distance(rays.origin, rays.directions)
+        lowest = rays.origin[2] + rays.leave * rays.directions[:, 2]
+        through_floor = (rays.leave > rays.entry) & (lowest < floor + _AT_FLOOR_M)
+        through_floor &= floor < self.sky.around.ground_m + STANDS_M
+        start = np.where(through_floor, np.minimum(rays.leave, to_ground), to_ground)
+        return rays.origin + start[:, None] * rays.directions
+
     def rain_from(self, places: Array, directions: Array, at: Array) -> Array:
-        """Optical depth of the rain along rays that do not begin at the eye (m, S): see
-        :data:`rtbow.reference.sky.RainFrom`."""
+        """Optical depth of the rain along rays that do not begin at the eye: from places (m, 3)
+        along unit directions (m, 3) up to distances (m, S)."""
         if self.rain is None:
             return np.zeros(at.shape)
         entry, leave = box_span(places, directions, self.volume.box_m)
@@ -464,9 +483,13 @@ def _around(setup: _Setup, sky: Sky, rays: Rays, grid: Grid) -> Array:
     distance = np.where(rays.leave[:, None] > rays.entry[:, None], distance, 0.0)
     depth = _depth_to_eye(setup, rays, grid, start, distance.ravel()).reshape(at.shape)
     probes = view.probes(rays.directions)
+
+    def rain_from(chosen: Mask, directions: Array, at: Array) -> Array:
+        return setup.rain_from(setup.mirror_places(rays.some(chosen)), directions, at)
+
     total = np.zeros((len(edges), setup.channels))
     for sun, colour in zip(optics.suns, optics.sun_weights, strict=True):
-        seen = sky.along(rays, edges, depth, setup.rain_ratio, sun, probes, setup.rain_from)
+        seen = sky.along(rays, edges, depth, setup.rain_ratio, sun, probes, rain_from)
         total += seen @ colour
     return total
 

@@ -100,7 +100,7 @@ class Sky:
             rain_ratio: of the rain's depth at each wavelength over that (W,).
             sun: the sun.
             probes: what of the light is seen (n, 3, 3).
-            rain_from: gives the rain along other rays.
+            rain_from: gives the rain along mirrored rays.
         """
         height = self._height(rays.origin)
         ways = _Ways(
@@ -116,10 +116,9 @@ class Sky:
         if wet:
             falls = ray_ends(height, rays.directions[:, 2])[1]
             sharp = self._sharp(ways, edges, falls) * rain_left[falls]
-            place = rays.origin + edges[falls, -1:] * rays.directions[falls]
 
             def beyond(directions: Array, at: Array) -> Array:
-                return rain_from(place, directions, at)
+                return rain_from(falls, directions, at)
 
             seen[falls] += self._mirrored(
                 ways, edges, falls, sun, through[falls], sharp, beyond, rain_ratio
@@ -205,9 +204,9 @@ class Sky:
         return np.asarray(seen + 2.0 * lu * first * second * light[:, 2])
 
 
-RainFrom = Callable[[Array, Array, Array], Array]
-"""Gives the optical depth of rain at 550 nm from places (m, 3) along unit directions (m, 3) up to
-distances (m, S), m: (m, S)."""
+RainFrom = Callable[[Mask, Array, Array], Array]
+"""Gives the optical depth of rain at 550 nm from the ground under chosen rays (n,) along unit
+directions (m, 3) up to distances (m, S), m: (m, S)."""
 
 
 class _Ways(NamedTuple):

@@ -66,6 +66,15 @@ Through throughRain(Camera camera, Sky sky, Volume volume, SkyPlace at, Position
 #endif
 
 #if WATER && EXTINCTION
+// Where the rain behind the mirror begins: at the water; where a ray leaves through the floor of rain
+// that stands on it, already there: the water is a sphere and falls away from the flat floor.
+Length mirrorDistance(Sky sky, Volume volume, Direction ray) {
+    Length distance = waterDistance(sky, ray), floorAt = volume.low.z;
+    vec2 span = boxSpan(ray, volume.low, volume.high);
+    bool stands = floorAt < STANDS_M - sky.height && span.x < span.y;
+    return stands && ray.z * span.y < floorAt + 1.0e-3 ? min(span.y, distance) : distance;
+}
+
 // What rain leaves of light on its way to the water, along a mirrored ray; of the sky's as of one that
 // is seen from the eye in that direction, of which as much lies before the rain and within it.
 Left leftBeyond(Camera camera, Sky sky, Volume volume, Position water, Direction onward) {
@@ -89,7 +98,8 @@ Tristimulus around(Camera camera, Sky sky,
 #if WATER
     if (at.falls) {
 #if EXTINCTION
-        Left left = leftBeyond(camera, sky, volume, waterDistance(sky, ray) * ray, onward);
+        Left left = leftBeyond(camera, sky, volume, mirrorDistance(sky, volume, ray) * ray,
+                               onward);
 #else
         const Left left = Left(vec3(1.0), 1.0);
 #endif

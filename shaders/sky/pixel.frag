@@ -49,6 +49,11 @@ Number discShare(Number radius, vec3 apart, vec3 across, vec3 upwards) {
 }
 #endif
 
+// The direction of a ray's azimuth at another altitude.
+Direction turnedTo(Direction ray, Angle altitude) {
+    return vec3(cos(altitude) * normalize(ray.xy), sin(altitude));
+}
+
 void main() {
     Direction ray = pixelRay(camera, gl_FragCoord.xy);
     Angle above = altitudeOf(ray) - sky.horizon;
@@ -80,13 +85,21 @@ void main() {
     Number share = shareBefore(above, rise);
     Tristimulus light = vec3(0.0);
     // Of a pixel that the horizon crosses, the middle of either part.
+    bool crossed = share > 0.0 && share < 1.0;
     if (share > 0.0) {
-        SkyPlace at = skyPlace(sky, ray, share < 1.0 ? 0.5 * share * rise : above, false);
-        light += share * around(camera, sky, RAIN ray, at, ray, disc);
+        Angle middle = crossed ? 0.5 * share * rise : above;
+        Direction part = crossed ? turnedTo(ray, sky.horizon + middle) : ray;
+        SkyPlace at = skyPlace(sky, part, middle, false);
+        light += share * around(camera, sky, RAIN part, at, part, disc);
     }
     if (share < 1.0) {
-        SkyPlace at = skyPlace(sky, ray, share > 0.0 ? 0.5 * (share - 1.0) * rise : above, true);
-        light += (1.0 - share) * around(camera, sky, RAIN ray, at, onward, below);
+        Angle middle = crossed ? 0.5 * (share - 1.0) * rise : above;
+        Direction part = crossed ? turnedTo(ray, sky.horizon + middle) : ray;
+#if WATER
+        if (crossed) onward = mirrored(sky, part);
+#endif
+        SkyPlace at = skyPlace(sky, part, middle, true);
+        light += (1.0 - share) * around(camera, sky, RAIN part, at, onward, below);
     }
     radiance = vec4(light, 1.0);
 }

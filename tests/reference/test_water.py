@@ -64,3 +64,11 @@ def test_the_sky_in_the_water_through_a_filter(filter_deg):
     expected = c * c * first**2 * level + s * s * second**2 * upright
     expected += 2.0 * c * s * first * second * both
     assert seen(-35.0, filter_deg) == pytest.approx(expected, rel=0.02, abs=2e-3 * level)
+
+
+def test_rain_that_stands_on_water_shows_no_line_at_the_horizon():
+    """Its flat floor is some 0.1 m above the water where rays near the horizon meet it."""
+    world = resolve(rtbow.load_scene("moonbow", {"render.wavelength_step_nm": 40.0}))
+    rays = [direction(40.0, altitude) for altitude in np.arange(-0.31, 0.1, 0.02)]
+    seen = radiance_along(world, np.array(rays))[:, 1]
+    assert np.all(np.abs(np.diff(np.log(seen))) < 0.006)

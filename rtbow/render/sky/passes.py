@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rtbow.base.arrays import Float32, floats
+from rtbow.base.limits import STANDS_M
 from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import GlProgram, Texture, row_texture, volume_texture
@@ -157,6 +158,7 @@ def sky_defines(world: World) -> dict[str, Define]:
         "PARTS": True,
         "SEVERAL_RADII": False,
         "SIDES": True,
+        "STANDS_M": STANDS_M,
         "SKY_RISING": RISING,
         "SKY_FALLING": FALLING,
         "SKY_STEPS": _STEPS,

@@ -77,8 +77,10 @@ def test_a_grid_dims_what_is_behind_it():
     assert delta_e.worst < 1.0
 
 
-def test_pixels_that_the_horizon_crosses_show_both_sides():
-    changes = {"camera.pixel": "area", "camera.fov_deg": 40.0, "camera.altitude_deg": 0.3}
+@pytest.mark.parametrize("around", [{}, {**WATER, "droplets.extinction": True}])
+def test_pixels_that_the_horizon_crosses_show_both_sides(around):
+    view = {"camera.pixel": "area", "camera.fov_deg": 40.0, "camera.altitude_deg": 0.3}
+    changes = {**around, **view}
     sharp = {**changes, "camera.pixel": "centre", "camera.size_px": [256, 144]}
     fine = drawn("fast", sharp).reshape(18, 8, 32, 8, 3).mean(axis=(1, 3))
     means = rgb_to_xyz(drawn("fast", changes))

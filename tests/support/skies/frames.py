@@ -63,6 +63,11 @@ CLEAR_CASES = {
         "droplets.box_m": [[-3000.0, 500.0, 0.0], [1000.0, 2500.0, 1500.0]],
         "droplets.density.number_per_m3": 600.0,
     },
+    "water-horizon": {
+        **WATER, "droplets.extinction": True, "droplets.density.number_per_m3": 600.0,
+        "camera.fov_deg": 0.6, "camera.altitude_deg": -0.1,
+        "droplets.box_m": [[-3000.0, 500.0, 0.0], [3000.0, 2500.0, 1500.0]],
+    },
     "nodes": NARROW,
     "nodes-filter-dim": {
         **NARROW, "camera.polarizer_deg": 30.0, "droplets.extinction": True,
