@@ -19,8 +19,8 @@ from rtbow.view.document.edits import Opened
 pytestmark = pytest.mark.slow
 
 AROUND = {"atmosphere.sky": True, "ground.albedo": 0.3, "camera.size_px": [160, 90]}
-NEW_AIR = {"ground.albedo": 0.37123}
-"""Which nothing else solves for, so that it is not in the cache."""
+NEW_AIR = {"atmosphere.aerosol": {"model": "custom", "optical_depth_550": 0.037123}}
+"""Which neither comes with the program nor is solved for elsewhere, so that it is in no cache."""
 PATIENCE_S = 240.0
 
 
