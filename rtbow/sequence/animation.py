@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from rtbow.base.errors import InputError
 from rtbow.scene.lights import SunLight
 from rtbow.scene.model import Scene
@@ -16,6 +18,8 @@ from rtbow.scene.text.file import load_scene, typed_override, with_overrides_not
 from rtbow.scene.text.numbers import remedy
 from rtbow.scene.text.schema import node_at
 from rtbow.scene.text.values import changed_scene
+from rtbow.world.camera.resolve import view_of
+from rtbow.world.sky import dimming_air
 from rtbow.world.visibility import Hidden, hidden
 
 if TYPE_CHECKING:
@@ -126,6 +130,21 @@ class Animation:
         if around and any(key.startswith("camera.position_m") for key in self.keys):
             return False
         return all(_PLACES.fullmatch(key) for key in self.keys)
+
+    @property
+    def keeps_tables(self) -> bool:
+        """Whether frames are drawn by tables for all places: those of ozone and aerosol are of one
+        place of the sun and the eye."""
+        elsewhere = any(key.startswith(("light.", "camera.position_m")) for key in self.keys)
+        return self.only_places and not (elsewhere and dimming_air(self.scene) is not None)
+
+    @property
+    def widest(self) -> int | None:
+        """The frame of the widest pixels, where they change; one of both ends, as all moves are
+        even."""
+        ends = 0, self.count - 1
+        wide = [view_of(self.at(number).camera).pixel_rad for number in ends]
+        return None if wide[0] == wide[1] else ends[int(np.argmax(wide))]
 
     def changes(self, number: int) -> dict[str, float | int]:
         """Give the values of the moving keys in a frame, counted from 0."""

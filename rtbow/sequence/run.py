@@ -130,7 +130,7 @@ class _Drawing:
         self.notes: list[str] = []
         self._animation, self._backend, self._show = animation, backend, show
         self._renderer: Renderer | None = None
-        self._settled = animation.count == 1 or not animation.only_places
+        self._serves_all = animation.count > 1 and animation.keeps_tables
 
     def __enter__(self) -> Self:
         return self
@@ -143,17 +143,16 @@ class _Drawing:
         """Draw a frame."""
         scene = self._animation.at(number)
         if self._renderer is None:
-            self._renderer = Renderer(scene, self._backend)
+            widest = self._animation.widest if self._serves_all else None
+            first = scene if widest is None else self._animation.at(widest)
+            self._renderer = Renderer(first, self._backend)
+            rgb = self._render(self._renderer)
+            if self._prepared(self._renderer) or first is not scene:
+                self._renderer.show(scene)
+                rgb = self._render(self._renderer)
         else:
             self._renderer.show(scene)
-        rgb = self._render(self._renderer)
-        if not self._settled and self._renderer.method_used == "fast":
-            # Tables for all places differ from those for one place by the method's error: without
-            # this the first frame of each run would differ from the others by as much.
-            with suppress(UnsuitedError):  # perhaps of places that no frame has
-                self._renderer.prepare_moves()
             rgb = self._render(self._renderer)
-            self._settled = True
         used = self._renderer.method_used
         if used not in self.methods:
             self.methods.append(used)
@@ -163,6 +162,18 @@ class _Drawing:
         )  # the latter by Animation.notes, for all frames
         self.notes += [note for note in self._renderer.notes if note not in known]
         return _Frame(rgb, used, self._renderer.gl_renderer)
+
+    def _prepared(self, renderer: Renderer) -> bool:
+        """Whether tables for all places were made, where frames are drawn by them.
+
+        They differ from those for one place by the method's error: without this the first frame of
+        each run would differ from the others by as much.
+        """
+        if not self._serves_all or renderer.method_used != "fast":
+            return False
+        with suppress(UnsuitedError):  # perhaps of places that no frame has
+            renderer.prepare_moves()
+        return True
 
     def _render(self, renderer: Renderer) -> Float32:
         slow = self.method in ("spectral", "reference")

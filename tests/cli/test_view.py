@@ -40,7 +40,7 @@ def view(*words: str, timeout: float = PATIENCE_S, **env: str) -> subprocess.Com
 def test_a_script_takes_a_screenshot(screen, tmp_path):
     path = tmp_path / "a.png"
     result = view(
-        "red-sun", "--size", "320x180", "--frames", "3", "--screenshot", str(path), DISPLAY=screen
+        "curtain", "--size", "320x180", "--frames", "3", "--screenshot", str(path), DISPLAY=screen
     )
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""

@@ -21,8 +21,8 @@ REFUSED = [
     ({f"{HAZE}.optical_depth_550": 2.1},
      f"{HAZE}.optical_depth_550 = 2.1; must be 0..2: up to there the sky holds its error"),
     ({**CUSTOM, f"{HAZE}.optical_depth_550": 1.9, f"{HAZE}.angstrom_exponent": 2.0},
-     f"{HAZE}.angstrom_exponent = 2.0; gives a depth of 3.98 at 380 nm, where the sky holds its"
-     " error up to 3.2; lower it, or optical_depth_550"),
+     "a depth of 3.98 at 380 nm, where the sky holds its error up to 3.2; lower optical_depth_550"
+     " or angstrom_exponent"),
     ({**CUSTOM, f"{HAZE}.single_scattering_albedo": 1.2}, "albedo = 1.2; must be 0..1"),
     ({**CUSTOM, f"{HAZE}.asymmetry": 1.0}, f"{HAZE}.asymmetry = 1.0; must be -0.9..0.9"),
     ({**CUSTOM, f"{HAZE}.asymmetry": -1.0}, f"{HAZE}.asymmetry = -1.0; must be -0.9..0.9"),

@@ -96,3 +96,25 @@ class TestPlan:
     )
     def test_what_only_moves_places(self, key, places):
         assert plan_animation("uniform", {}, 2, [parse_move(key)]).only_places is places
+
+    @pytest.mark.parametrize(
+        ("key", "keeps"),
+        [("light.0.altitude_deg=1:2", False), ("camera.fov_deg=40:50", True),
+         ("camera.position_m.1=0:2", False)],
+    )  # fmt: skip
+    def test_tables_behind_ozone_are_of_one_place(self, key, keeps):
+        moves = [parse_move(key)]
+        assert plan_animation("uniform", {}, 2, moves).keeps_tables
+        ozone = {"atmosphere.ozone_du": 300.0}
+        assert plan_animation("uniform", ozone, 2, moves).keeps_tables is keeps
+
+    @pytest.mark.parametrize(
+        ("key", "widest"),
+        [
+            ("camera.fov_deg=40:50", 4),
+            ("camera.fov_deg=50:40", 0),
+            ("camera.azimuth_deg=0:9", None),
+        ],
+    )
+    def test_the_frame_of_the_widest_pixels(self, key, widest):
+        assert plan_animation("uniform", {}, 5, [parse_move(key)]).widest == widest

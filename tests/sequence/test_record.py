@@ -121,7 +121,16 @@ def test_where_records_lie(pattern, name):
 
 def test_killed_and_again(tmp_path):
     """Without a moment to tidy up: all that is listed is whole, and is not drawn again."""
-    args = ["animate", "--key", "light.0.altitude_deg=2:40", "--frames", "60", "-o", "f_%02d.exr"]
+    args = [
+        "animate",
+        "uniform",
+        "--key",
+        "light.0.altitude_deg=2:40",
+        "--frames",
+        "60",
+        "-o",
+        "f_%02d.exr",
+    ]
     every = "from rtbow.sequence import record; record._SECONDS_BETWEEN_WRITES = -1.0"
     with spawn(*args, *SMALL, cwd=tmp_path, code=every) as process:
         try:

@@ -423,10 +423,10 @@ def test_an_interrupted_run_leaves_whole_files_and_goes_on(
     writer = f"write_{suffix}"
     true_write = getattr(rtbow.sequence.run, writer)
 
-    def interrupted(path, *args):
+    def interrupted(path, *args, **more):
         if path == f"3.{suffix}":
             raise KeyboardInterrupt
-        true_write(path, *args)
+        true_write(path, *args, **more)
 
     args = (*FIVE, "-o", f"%d.{suffix}", "-o", "film.mp4", "--overwrite")
     (tmp_path / "film.mp4").write_bytes(b"old")
@@ -455,7 +455,18 @@ FRAMES = 80
 )
 def test_broken_off_and_again(tmp_path, number, code, word):
     """As typed: a process of its own is broken off after some frames, and the next goes on."""
-    args = ["animate", *RISE, "--frames", str(FRAMES), "-o", "%03d.exr", "-o", "film.mp4", *SMALL]
+    args = [
+        "animate",
+        "uniform",
+        *RISE,
+        "--frames",
+        str(FRAMES),
+        "-o",
+        "%03d.exr",
+        "-o",
+        "film.mp4",
+        *SMALL,
+    ]
     with spawn(*args, cwd=tmp_path) as process:
         try:
             while not (tmp_path / "004.exr").exists():

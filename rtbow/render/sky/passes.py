@@ -18,6 +18,7 @@ from rtbow.render.fast.nodes import Nodes, block_for, draw_into
 from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
 from rtbow.tables.sky.rays import FALLING, RISING, Eye
 from rtbow.tables.sky.seen import SkyTable
+from rtbow.world.camera.view import View
 from rtbow.world.lights import Sun
 from rtbow.world.steps import StepRates
 from rtbow.world.world import World
@@ -34,6 +35,11 @@ _ROUGH = 1e-2
 are drawn one by one."""
 
 
+def sky_block(view: View) -> int:
+    """Give the pixels between a view's nodes; 0 for no nodes."""
+    return block_for(view, _MOST_PIXELS)
+
+
 class Passes:
     """The programs that draw the sky of one sun after another: at nodes some pixels apart, between
     them where that is smooth, and pixel by pixel in the other blocks.
@@ -43,7 +49,7 @@ class Passes:
     """
 
     def __init__(self, gl: GlContext, world: World, moments: Texture | None) -> None:
-        block = block_for(world.view, _MOST_PIXELS)
+        block = sky_block(world.view)
         defines = {**sky_defines(world), "BLOCKS": block > 0}
         vertex = "fast/rough.vert" if block else "common/fullscreen.vert"
         self._pixel = GlProgram(gl, "sky/pixel.frag", defines, vertex)

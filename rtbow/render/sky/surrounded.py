@@ -7,7 +7,7 @@ from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, Texture, added_up, texture_bytes, volume_texture
 from rtbow.physics.light.spectrum import Spectrum
 from rtbow.render.method import Method, ShaderMethod
-from rtbow.render.sky.passes import Passes, SkyOf, sky_defines, uploaded
+from rtbow.render.sky.passes import Passes, SkyOf, sky_block, sky_defines, uploaded
 from rtbow.render.sky.wanted import Skies, SkiesAtOnce, Wanted, colours_of, eye_of
 from rtbow.world.lights import Sun
 from rtbow.world.world import World
@@ -54,7 +54,7 @@ class Surrounded:
         self._moments: Texture | None = None
         if world.rain is not None and not world.volume.uniform:
             self._moments = volume_texture(gl, world.moments())
-        self._passes = Passes(gl, world, self._moments)
+        self._passes: dict[int, Passes] = {}
         self._suns: tuple[SkyOf | None, ...] = ()
         self._weighed: list[tuple[Spectrum, tuple[Array, Array]]] = []
         self._world = world
@@ -74,7 +74,8 @@ class Surrounded:
     def texture_bytes(self) -> int:
         """Memory of the textures."""
         own = [texture for sun in self._suns if sun for texture in sun.textures.values()]
-        return self._method.texture_bytes + texture_bytes([*own, *self._passes.textures])
+        passed = [texture for passes in self._passes.values() for texture in passes.textures]
+        return self._method.texture_bytes + texture_bytes([*own, *passed])
 
     def move(self, world: World) -> bool:
         """Take over another world (see :class:`rtbow.render.method.Method`)."""
@@ -82,7 +83,7 @@ class Surrounded:
         if not same or not self._method.move(world):
             return False
         if world.view.size_px != self._world.view.size_px:
-            self._passes = Passes(self._gl, world, self._moments)
+            self._passes = {}
         self._take(world)
         return True
 
@@ -122,7 +123,7 @@ class Surrounded:
         target = self._method.draw(progress, columns)
         if self.bare:
             return target
-        world, passes = self._world, self._passes
+        world, passes = self._world, self._passes_of(self._world)
         width, height = world.view.size_px
         left, right, _ = columns.indices(width)
         for sun, sky in zip(world.optics.suns, self._suns, strict=True):
@@ -138,6 +139,13 @@ class Surrounded:
         frame = target.begin(clear=False)
         frame.scissor = (0, 0, width, height)
         return target
+
+    def _passes_of(self, world: World) -> Passes:
+        """The passes for a view: zooming back finds those of before."""
+        block = sky_block(world.view)
+        if block not in self._passes:
+            self._passes[block] = Passes(self._gl, world, self._moments)
+        return self._passes[block]
 
     def render(self, progress: Progress = no_progress, columns: slice = slice(None)) -> Float32:
         """Draw the frame and read it.

@@ -26,14 +26,17 @@ def rewritten(text: str, scene: Scene, folder: Path) -> str | None:
         Text that reads as an equal scene; None where that cannot be had by replacing values.
     """
     try:
-        before = scene_from_text(text, folder=folder)
-        document = tomlkit.parse(text)
-        _merge(document, values_of(before, folder), values_of(scene, folder))
-        written = tomlkit.dumps(document)
-        same = scene_from_text(written, folder=folder) == scene
+        # Again where a value that the text leaves out follows from one that was replaced.
+        for _ in range(2):
+            before = scene_from_text(text, folder=folder)
+            document = tomlkit.parse(text)
+            _merge(document, values_of(before, folder), values_of(scene, folder))
+            text = tomlkit.dumps(document)
+            if scene_from_text(text, folder=folder) == scene:
+                return text
     except Exception:  # whatever it is: the scene can still be written out whole
         return None
-    return written if same else None
+    return None
 
 
 def _merge(at: Any, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:

@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 
 from rtbow.base.limits import TOP_M
-from rtbow.tables.sky.field import FIELD_NM, field_at, kept_field
-from rtbow.tables.sky.transport import ray_end
+from rtbow.tables.sky.field import (
+    _AZIMUTHS,
+    _PIECES,
+    FIELD_NM,
+    PROBES,
+    _cut_phase,
+    _rays,
+    field_at,
+    kept_field,
+    no_field,
+    solved_field,
+)
+from rtbow.tables.sky.transport import gather_nodes, ray_end
 from skies import molecules
 from skies.check import assert_all
 from skies.molecules import air, field, seen
@@ -64,3 +75,20 @@ def test_fields_between_wavelengths():
     found = field_at(kept_field(air(0.3, FIELD_NM)), between)
     level = solved.mean.max(axis=(0, 1, 2), keepdims=True)
     assert (np.abs(found.mean - solved.mean) / level).max() < 1e-3
+
+
+def test_the_first_orders_give_the_sum_of_all():
+    """Over snow in violet light, where they fall off the most slowly, one by one."""
+    bright = air(1.0, np.array([400.0]))
+    found = solved_field(bright)
+    empty = no_field(1, hazy=False)
+    cut = bright._replace(phase=_cut_phase(bright))
+    last, mean = empty, 0.0
+    for order in range(45):
+        rays = (*_rays(), _AZIMUTHS, _PIECES, PROBES)
+        light, ground = gather_nodes(cut, last, order == 0, *rays)
+        last = empty._replace(mean=light, ground=ground)
+        mean = mean + light
+    lit = empty.zeniths_rad < np.radians(92.0)
+    shares = found.mean[:, lit, :3].sum(axis=2) / mean[:, lit, :3].sum(axis=2)
+    np.testing.assert_allclose(shares, 1.0, atol=1e-3)
