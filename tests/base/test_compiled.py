@@ -260,6 +260,9 @@ def sums(terms: Terms, count: int):
             down[k] -= np.sin(terms.factor[k] * n)
     return up, down
 
+# A shell's job in the background may ignore it, and what it starts does, too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 class Ended(BaseException):
     pass
 
