@@ -26,6 +26,7 @@ from rtbow.physics.geometry import angle_between, box_span
 from rtbow.physics.light.colour import xyz_to_rgb
 from rtbow.physics.light.disc import disc_nodes
 from rtbow.reference.lamp import Ball, integrate_lamp, lamp_pieces
+from rtbow.reference.orders import Orders, counted_in
 from rtbow.reference.pixels import pixel_means
 from rtbow.reference.rays import (
     Attenuation,
@@ -91,6 +92,7 @@ class _Setup:
     sections: Sections | None
     rows: RadiusAxis | None
     sky: Sky | None
+    orders: Orders | None
 
     @property
     def volume(self) -> DropletVolume:
@@ -237,7 +239,10 @@ def _set_up(world: World, building: Progress = no_progress, optics: Optics | Non
     if world.around is not None:
         lit = bool(optics.suns)
         sky = Sky.of(world.around, optics.wavelength_nm, lit=lit, progress=building)
-    return _Setup(world, optics, _moments(volume), sections, rows, sky)
+    orders = None
+    if optics is world.optics and counted_in(world) is not None:
+        orders = Orders.of(world, building)
+    return _Setup(world, optics, _moments(volume), sections, rows, sky, orders)
 
 
 def _rays(setup: _Setup, directions: Array) -> Rays:
@@ -469,6 +474,11 @@ def _gathered(setup: _Setup, directions: Array) -> Array:
         total += _under_lamps(setup, rays, grid)
     if setup.sky is not None:
         total += _around(setup, setup.sky, rays, grid)
+    if setup.orders is not None:
+        counted = counted_in(setup.world)
+        assert counted is not None
+        paths = setup.world.fineness.samples
+        total += setup.orders.along(directions, counted, paths=paths).mean
     return total
 
 
@@ -503,7 +513,7 @@ def spectral_radiance_along(world: World, rays: Array) -> Array:
 
     Returns:
         Means over the bins of the world's wavelength step (n, W), W m⁻² sr⁻¹ nm⁻¹: see
-        :func:`rtbow.physics.light.spectrum.wavelength_bins`.
+        :func:`rtbow.physics.light.spectrum.wavelength_bins`; without the rain's own glow.
     """
     return _gathered(_set_up(world, optics=world.optics.apart()), rays)
 

@@ -433,6 +433,10 @@ class Renderer:
 
         def around(made: Method, world: World) -> Method:
             drawn = with_surroundings(context, made, in_parts(world), building, self._skies)
+            if world.scatters_again or world.skylight:
+                from rtbow.render.glow.glowing import with_glow
+
+                drawn = with_glow(context, drawn, in_parts(world), building)
             return whole(drawn, world)
 
         if method != "spectral":

@@ -73,8 +73,10 @@ def whole(method: Method, world: World) -> Method:
 
 
 def unwrapped(method: Method) -> Method:
-    """Give the method that draws the parts; itself where pixels are drawn as a whole."""
-    return method._method if isinstance(method, _InParts) else method
+    """Give the method that draws the parts, without the rain's glow; itself where pixels are drawn
+    as a whole."""
+    method = method._method if isinstance(method, _InParts) else method
+    return getattr(method, "beneath", method)
 
 
 class _InParts:

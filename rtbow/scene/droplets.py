@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails
@@ -105,6 +105,20 @@ class Droplets(Table):
         "light's disc",
         json_schema_extra=shown_as("", "Higher values let less light out of the rain."),
     )
+    scattering_orders: Literal["single", "all"] = Field(
+        "single",
+        description='light that drops scatter once, or "all": more than once, too, which implies '
+        "extinction; for suns and lamps",
+        json_schema_extra=shown_as(
+            "",
+            "What one drop takes out of the light comes back by way of others: dense rain glows.",
+        ),
+    )
+    skylight: bool = Field(
+        False,
+        description="drops lit by the sky and the ground, too; needs atmosphere.sky or ground",
+        json_schema_extra=shown_as("", "The sky brightens the dark band between the bows."),
+    )
     file: str | None = Field(
         None,
         min_length=1,
@@ -159,6 +173,11 @@ class Droplets(Table):
         if thin:
             raise refused(f"{', '.join(thin)}; must be {LEAST_EXTENT_M:g} m at least on each axis")
         return box
+
+    @property
+    def dims(self) -> bool:
+        """Whether the rain attenuates light."""
+        return self.extinction or self.scattering_orders == "all"
 
     @property
     def one_kind(self) -> bool:

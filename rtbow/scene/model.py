@@ -348,6 +348,17 @@ class Render(Table):
         json_schema_extra=shown_as("", "Pictures with larger errors are drawn faster.", log=True),
     )
 
+    samples: int = Field(
+        4096,
+        ge=16,
+        le=10_000_000,
+        description="random walks of light from each ray where drops are lit by others, sky or "
+        "ground; method reference",
+        json_schema_extra=shown_as(
+            "", "Four times as many halve the noise.", (256.0, 65536.0), log=True
+        ),
+    )
+
     @field_validator("wavelength_step_nm")
     @classmethod
     def _divides_the_range(cls, step: float) -> float:
@@ -511,6 +522,25 @@ class Scene(Table):
             ),
             loc=("camera", "position_m"),
             input=list(self.camera.position_m),
+        )
+        raise ValidationError.from_exception_data(type(self).__name__, [problem])
+
+    @model_validator(mode="after")
+    def _skylight_has_a_sky(self) -> Self:
+        """Refuse light of a sky that there is not, and rain that scatters it but dims nothing."""
+        if not self.droplets.skylight:
+            return self
+        if not self.has_surroundings:
+            words = "needs atmosphere.sky = true or a [ground]: there is nothing that lights drops"
+        elif not self.droplets.dims:
+            words = (
+                "needs droplets.extinction = true: rain takes as much light out of the sky behind"
+                " it as it scatters"
+            )
+        else:
+            return self
+        problem = InitErrorDetails(
+            type=refused(words), loc=("droplets", "skylight"), input=self.droplets.skylight
         )
         raise ValidationError.from_exception_data(type(self).__name__, [problem])
 

@@ -94,11 +94,13 @@ class Fineness:
         wavelength_step_nm: of methods spectral and reference.
         steps: samples along a ray; None where they follow the grid.
         max_delta_e: CIEDE2000 at the 99th percentile of pixels that method fast may have.
+        samples: random walks from each ray of the reference, where drops scatter light again.
     """
 
     wavelength_step_nm: float
     steps: int | None
     max_delta_e: float
+    samples: int
 
 
 class SunKey(NamedTuple):
@@ -156,6 +158,16 @@ class World:
     def looks(self) -> bool:
         """Whether the scene says what the camera looks at, and so takes no angles beside it."""
         return self._scene.camera.look is not None
+
+    @property
+    def scatters_again(self) -> bool:
+        """Whether light of suns and lamps that drops scatter more than once counts."""
+        return self._scene.droplets.scattering_orders == "all"
+
+    @property
+    def skylight(self) -> bool:
+        """Whether light of the sky and the ground that drops scatter counts."""
+        return self._scene.droplets.skylight and self.around is not None
 
     @property
     def rain_per_m(self) -> float:
@@ -232,7 +244,7 @@ def resolve(scene: Scene) -> World:
     volume = scene_volume(scene)
     scattering, render = scene.scattering, scene.render
     rain = None
-    if scene.droplets.extinction:
+    if scene.droplets.dims:
         # Imported here, with the compiler of what is summed on the CPU.
         from rtbow.world.rain.extinction import rain_extinction
 
@@ -245,7 +257,9 @@ def resolve(scene: Scene) -> World:
         ),
         volume,
         rain,
-        Fineness(render.wavelength_step_nm, render.steps, render.max_delta_e),
+        Fineness(
+            render.wavelength_step_nm, render.steps, render.max_delta_e, render.samples,
+        ),
         surroundings(scene),
         dimming_air(scene),
         _notes(scene),

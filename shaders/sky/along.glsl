@@ -1,6 +1,6 @@
 #include "common/box.glsl"
 #include "common/camera.glsl"
-#include "rain/droplets.glsl"
+#include "rain/dimming.glsl"
 #include "sky/table.glsl"
 #include "sky/water.glsl"
 
@@ -8,27 +8,6 @@
 // sun's disc, each behind what lies before it: linear Rec. 709 in cd/m².
 
 #if EXTINCTION
-// The rain that dims, relative to the eye.
-struct Volume {
-    Position low;
-    Position high;
-#if GRID
-    sampler3D moments;
-#else
-    Number extinction;     // 1/m
-#endif
-};
-#endif
-
-#if EXTINCTION
-Number extinctionAt(Volume volume, Position at) {
-#if GRID
-    return sampleDroplets(volume.moments, (at - volume.low) / (volume.high - volume.low)).extinction;
-#else
-    return volume.extinction;
-#endif
-}
-
 struct Through {
     Tristimulus light;     // of the air before and within the rain
     Number passed;         // share of light from behind that passes the rain

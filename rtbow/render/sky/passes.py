@@ -12,13 +12,12 @@ from rtbow.base.arrays import Float32, floats
 from rtbow.base.limits import STANDS_M
 from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
-from rtbow.gl.program import GlProgram, Texture, row_texture, volume_texture
+from rtbow.gl.program import Texture, row_texture, volume_texture
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
-from rtbow.render.fast.nodes import Nodes, block_for, draw_into
-from rtbow.render.uniforms import common_defines, common_uniforms, set_uniforms
+from rtbow.render.fast.smooth import SmoothPasses
+from rtbow.render.uniforms import common_defines, common_uniforms
 from rtbow.tables.sky.rays import FALLING, RISING, Eye
 from rtbow.tables.sky.seen import SkyTable
-from rtbow.world.camera.view import View
 from rtbow.world.lights import Sun
 from rtbow.world.steps import StepRates
 from rtbow.world.world import World
@@ -28,54 +27,13 @@ _STEPS = 8
 _GRID_SAMPLES = 3
 """Of the rain within each, in a grid: 24 in all leave CIEDE2000 0.14 at the 99th percentile of
 ``shower``, 48 leave 0.03."""
-_MOST_PIXELS = 8
-"""Between nodes."""
-_ROUGH = 1e-2
-"""Of a block's luminance: where straight lines between its nodes seem to miss by more, its pixels
-are drawn one by one."""
 
 
-def sky_block(view: View) -> int:
-    """Give the pixels between a view's nodes; 0 for no nodes."""
-    return block_for(view, _MOST_PIXELS)
-
-
-class Passes:
-    """The programs that draw the sky of one sun after another: at nodes some pixels apart, between
-    them where that is smooth, and pixel by pixel in the other blocks.
-
-    Attributes:
-        textures: that are read, but those of a sun.
-    """
+class Passes(SmoothPasses):
+    """The programs that draw the sky of one sun after another."""
 
     def __init__(self, gl: GlContext, world: World, moments: Texture | None) -> None:
-        block = sky_block(world.view)
-        defines = {**sky_defines(world), "BLOCKS": block > 0}
-        vertex = "fast/rough.vert" if block else "common/fullscreen.vert"
-        self._pixel = GlProgram(gl, "sky/pixel.frag", defines, vertex)
-        self._along = [self._pixel]
-        self.textures: list[Texture] = []
-        self._nodes: Nodes | None = None
-        if block:
-            self._nodes = nodes = Nodes(gl, world.view.size_px, block, channels=4)
-            self._node = GlProgram(gl, "sky/node.frag", defines)
-            self._flags = GlProgram(gl, "fast/flags.frag", defines)
-            self._smooth = GlProgram(gl, "sky/smooth.frag", defines)
-            self._along.append(self._node)
-            for program in (self._flags, self._smooth):
-                program.bind("nodes", nodes.values)
-            for program in (self._smooth, self._pixel):
-                program.bind("flags", nodes.flags)
-            self._flags.set("tolerance.first", _ROUGH)
-            self._flags.set("tolerance.others", (_ROUGH, _ROUGH, _ROUGH))
-            for program in (self._node, self._smooth, self._pixel):
-                program.set("blockSize", float(block))
-            self._pixel.set("pictureSize", tuple(map(float, world.view.size_px)))
-            self.textures += [nodes.values, nodes.flags]
-        if moments is not None:
-            for program in self._along:
-                program.bind("volume.moments", moments)
-            self.textures.append(moments)
+        super().__init__(gl, world.view, "sky", sky_defines(world), moments)
 
     def take(self, world: World, sun: Sun, sky: SkyOf) -> None:
         """Take over a world and one of its suns."""
@@ -84,32 +42,11 @@ class Passes:
             **common_uniforms(world, world.volume.box_m, no_rates),
             **_sun_uniforms(world, sun, sky),
         }
-        for program in self._along:
-            for name, texture in sky.textures.items():
-                program.bind(name, texture)
-            set_uniforms(program, uniforms)
+        self.read(sky.textures, uniforms)
         if self._nodes is not None:
             beside = 2.0 * self._nodes.block * world.view.pixel_rad
             near = 2.0 * np.sin(0.5 * sun.disc_rad) + beside if sun.disc_radiance > 0.0 else 0.0
             self._node.set("nearSun", near)
-
-    def gather(self) -> None:
-        """Draw the nodes."""
-        if self._nodes is None:
-            return
-        draw_into(self._nodes.gathered, self._node)
-        draw_into(self._nodes.flagged, self._flags)
-
-    def compose(self) -> None:
-        """Draw the pixels into the frame that is bound."""
-        if self._nodes is None:
-            self._pixel.use()
-            self._pixel.draw()
-            return
-        self._smooth.use()
-        self._smooth.draw()
-        self._pixel.use()
-        self._pixel.draw(6 * self._nodes.flags.width * self._nodes.flags.height)
 
 
 @dataclass(frozen=True)

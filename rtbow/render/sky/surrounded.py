@@ -6,8 +6,9 @@ from rtbow.base.arrays import Array, Float32, Progress, no_progress
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, Texture, added_up, texture_bytes, volume_texture
 from rtbow.physics.light.spectrum import Spectrum
+from rtbow.render.fast.smooth import smooth_block
 from rtbow.render.method import Method, ShaderMethod
-from rtbow.render.sky.passes import Passes, SkyOf, sky_block, sky_defines, uploaded
+from rtbow.render.sky.passes import Passes, SkyOf, sky_defines, uploaded
 from rtbow.render.sky.wanted import Skies, SkiesAtOnce, Wanted, colours_of, eye_of
 from rtbow.world.lights import Sun
 from rtbow.world.world import World
@@ -142,7 +143,7 @@ class Surrounded:
 
     def _passes_of(self, world: World) -> Passes:
         """The passes for a view: zooming back finds those of before."""
-        block = sky_block(world.view)
+        block = smooth_block(world.view)
         if block not in self._passes:
             self._passes[block] = Passes(self._gl, world, self._moments)
         return self._passes[block]

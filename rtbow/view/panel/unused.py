@@ -16,8 +16,8 @@ from rtbow.scene.lights import LIT, MOON, TIME_AND_PLACE, PointLight, SunLight, 
 from rtbow.scene.model import Camera, Render, Scattering
 
 _OF_METHODS = {
-    "fast": {"wavelength_step_nm"},
-    "spectral": {"max_delta_e"},
+    "fast": {"wavelength_step_nm", "samples"},
+    "spectral": {"max_delta_e", "samples"},
     "reference": {"max_delta_e", "steps"},
 }
 """Keys that a method does not ask for. Of auto, which may take any method, there are none."""
@@ -65,7 +65,7 @@ def _unused_beyond(light: SunLight | PointLight) -> set[str]:
 
 @unused_keys.register
 def _(droplets: Droplets, method: str = "auto") -> set[str]:
-    unused = set() if droplets.extinction else {"extinction_efficiency"}
+    unused = set() if droplets.dims else {"extinction_efficiency"}
     if droplets.around_m is not None:
         unused.add("box_m")
     if droplets.one_kind:  # at every point of a grid alike

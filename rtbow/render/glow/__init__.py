@@ -1,0 +1,1 @@
+"""The rain's own glow, added to a frame."""

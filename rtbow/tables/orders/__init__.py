@@ -1,0 +1,1 @@
+"""Light that rain scatters more than once."""
