@@ -58,7 +58,7 @@ def load_albedo(albedo: float | str) -> Albedo:
     path = spectrum_file(albedo)
     if not path:
         raise InputError(
-            f"ground.albedo = {albedo[:60]!r} is not known. Allowed: a number 0..1,"
+            f"albedo {albedo[:60]!r} is not known. Allowed: a number 0..1,"
             f" {', '.join(ALBEDOS)}, or a path to a file of wavelengths and values, such as"
             " soil.csv"
         )
