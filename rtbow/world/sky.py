@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtbow.base.arrays import Array, Progress, floats, no_progress
+from rtbow.base.errors import InputError
 from rtbow.physics.air.aerosol import MIXTURES, AerosolOptics, free_optics, mixture_optics
 from rtbow.physics.air.ozone import ozone_depth
 from rtbow.physics.air.rayleigh import rayleigh_depth
@@ -123,7 +124,10 @@ def surroundings(scene: Scene) -> Surroundings | None:
         return None
     air, ground = scene.atmosphere, None
     if scene.ground is not None:
-        albedo = None if scene.ground.water else load_albedo(scene.ground.albedo)
+        try:
+            albedo = None if scene.ground.water else load_albedo(scene.ground.albedo)
+        except InputError as error:
+            raise InputError(f"{scene.source_name}: ground.albedo: {error}") from None
         ground = Ground(albedo, scene.ground.height_m)
     if air is None:
         return Surroundings(0.0, False, ground, 0.0, None)

@@ -27,10 +27,10 @@ PARTS = {
     "nodes": "what twice as many nodes, rays, azimuths or pieces change",
     "rays": "the shader's tables against the reference, single rays",
     "small": "frames of `uniform` against the reference, all pixels",
-    "large": "frames of `default` against the reference at 1 nm; --pixels",
+    "large": "frames of `curtain` against the reference at 1 nm; --pixels",
     "moved": "the work that a moved sun makes",
     "start": "whole processes, with an empty cache and with a full one",
-    "cost": "frames of `default` with and without a sky, in turn; --runs",
+    "cost": "frames of `curtain` with and without a sky, in turn; --runs",
 }
 
 _MODEL = "continental-average"

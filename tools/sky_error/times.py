@@ -39,14 +39,15 @@ def moved() -> Rows:
 
 
 def start() -> Rows:
-    """Whole processes of ``rtbow render curtain`` with a sky."""
-    for case, changes in (("sky", SKY), ("sky, haze", HAZY)):
+    """Whole processes of ``rtbow render curtain`` without a sky and with one."""
+    for case, changes in (("no sky", _without()), ("sky", SKY), ("sky, haze", HAZY)):
         own, other = _words(changes), _words({**changes, "ground.albedo": 0.2})
+        runs = [("with an empty cache", own), ("warm", own)]
+        if changes.keys() != _without().keys():
+            runs.append(("with another ground", other))
         with tempfile.TemporaryDirectory() as folder:
             cache, output = Path(folder) / "cache", Path(folder) / "a.exr"
-            for said, words in (
-                ("with an empty cache", own), ("warm", own), ("with another ground", other),
-            ):  # fmt: skip
+            for said, words in runs:
                 seconds = process_seconds(cache, output, *words)
                 yield Row(f"a picture of `curtain`, {case}, {said}", seconds, unit="s")
 

@@ -58,9 +58,9 @@ def load_albedo(albedo: float | str) -> Albedo:
     path = spectrum_file(albedo)
     if not path:
         raise InputError(
-            f"ground.albedo = {albedo[:60]!r} is not known. Allowed: a number 0..1,"
+            f"albedo {albedo[:60]!r} is not known. Allowed: a number 0..1,"
             f" {', '.join(ALBEDOS)}, or a path to a file of wavelengths and values, such as"
-            " soil.csv"
+            " soil.csv; still water is ground.water = true"
         )
     return _measured(path, albedo[len(path) + 1 :], file_state(Path(path)))
 

@@ -155,6 +155,33 @@ def test_a_disc_gives_its_irradiance_whatever_its_pixels_are(changes, disc_deg):
     assert lux == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_the_sun_in_the_water_is_where_a_sphere_mirrors_it(method):
+    """From 10 km up the water that mirrors it leans by a degree, and its image is 2 degrees lower
+    than in a plane."""
+    bare = {
+        "atmosphere": None, "ground": {"water": True}, "camera.position_m": [0.0, 0.0, 10_000.0],
+        "light.0.altitude_deg": 3.0, "light.0.angular_diameter_deg": 1.0,
+        "camera.size_px": [32, 160], "camera.fov_deg": 1.6, "camera.altitude_deg": -5.0,
+        "camera.azimuth_deg": 180.0,
+    }  # fmt: skip
+    frame = rgb_to_xyz(drawn(method, bare))[..., 1].astype(np.float64)
+    half = 5.0 * np.tan(np.radians(0.8))
+    down = np.degrees(np.arctan(half * ((np.arange(160) + 0.5) / 80.0 - 1.0)))
+    found = 5.0 + (down @ frame).sum() / frame.sum()
+    # By bisection on the angle at the Earth's centre: what the eye sees falls as steeply on the
+    # water there as the sun's light does.
+    near, far = 0.0, np.radians(3.0)
+    radius = 6_371_000.0
+    for _ in range(50):
+        turn = 0.5 * (near + far)
+        sine, cosine = radius * np.sin(turn), radius * np.cos(turn)
+        dip = np.arctan2(radius + 10_000.0 - cosine, sine)
+        near, far = (turn, far) if dip - turn > np.radians(3.0) + turn else (near, turn)
+    assert 4.5 < np.degrees(dip) < 5.5
+    assert found == pytest.approx(np.degrees(dip), abs=0.03)
+
+
 def test_an_eye_far_above_the_air_is_left_to_the_reference():
     high = {"camera.position_m": [0.0, 0.0, 40_000.0], "camera.size_px": [4, 3]}
     with rtbow.Renderer(rtbow.load_scene("uniform", {**SCENE, **high})) as renderer:

@@ -82,7 +82,7 @@ def along_rays(seen, rays=400):
             ray = np.degrees(np.arcsin(rng.uniform(-1.0, 1.0))), rng.uniform(0.0, 180.0)
             truth = summed(seen.height_m, sun, *ray, colours=xyz)[0]
             found.append(looked_up(made, *ray) / truth - 1.0)
-    suns = " and ".join({f"{max(seen.suns_deg):g}°": 0, f"{min(seen.suns_deg):g}°": 0})
-    what = f"shaders' tables, rays from {seen.height_m:g} m, suns of {suns}"
+    suns = " to ".join({f"{max(seen.suns_deg):g}°": 0, f"{min(seen.suns_deg):g}°": 0})
+    what = f"shaders' tables, rays from {seen.height_m:g} m, suns at {suns}"
     yield Check(f"{what}: rms", rms(found))
     yield Check(f"{what}: worst", worst(found))

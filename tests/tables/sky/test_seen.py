@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize(
-    ("height", "sun_deg"), [(2.0, 60.0), (2.0, 5.0), (0.0, -3.0), (10_000.0, 10.0)]
+    ("height", "sun_deg"), [(2.0, 90.0), (2.0, 60.0), (2.0, 5.0), (0.0, -3.0), (10_000.0, 10.0)]
 )
 def test_rows_and_columns_are_rays(height, sun_deg):
     made = table(height, sun_deg)

@@ -9,6 +9,7 @@ import rtbow
 from rtbow.base.errors import InputError
 from rtbow.scene.text.values import scene_files, scene_text
 from rtbow.world.measured.albedo import load_albedo
+from rtbow.world.sky import surroundings
 
 WHOLE = "wavelength_nm,value\n380,0.1\n580,0.5\n780,0.3\n"
 
@@ -69,8 +70,19 @@ def test_what_is_no_albedo_is_refused(tmp_path, text, words):
 
 
 def test_an_unknown_name_says_which_there_are():
-    with pytest.raises(InputError, match="grass"):
-        load_albedo("concrete")
+    with pytest.raises(InputError, match=r"grass.* ground\.water = true"):
+        load_albedo("water")
+
+
+def test_what_is_wrong_is_named_by_scene_and_key(tmp_path):
+    short = written(tmp_path, "wavelength_nm,value\n380,0.1\n600,0.3\n")
+    for albedo, words in (("gras", "albedo 'gras' is not known"), (short, "380-600 nm")):
+        scene = rtbow.load_scene("uniform", {"ground.albedo": albedo})
+        with pytest.raises(InputError) as refused:
+            surroundings(scene)
+        assert str(refused.value).startswith("uniform: ground.albedo: ")
+        assert words in str(refused.value)
+        assert "\n" not in str(refused.value)
 
 
 def test_a_scenes_file_is_found_beside_it(tmp_path):
