@@ -116,7 +116,8 @@ class Droplets(Table):
     )
     skylight: bool = Field(
         False,
-        description="drops lit by the sky and the ground, too; needs atmosphere.sky or ground",
+        description="drops lit by the sky and the ground, too, where there is either, and rain "
+        "that attenuates",
         json_schema_extra=shown_as("", "The sky brightens the dark band between the bows."),
     )
     file: str | None = Field(

@@ -525,25 +525,6 @@ class Scene(Table):
         )
         raise ValidationError.from_exception_data(type(self).__name__, [problem])
 
-    @model_validator(mode="after")
-    def _skylight_has_a_sky(self) -> Self:
-        """Refuse light of a sky that there is not, and rain that scatters it but dims nothing."""
-        if not self.droplets.skylight:
-            return self
-        if not self.has_surroundings:
-            words = "needs atmosphere.sky = true or a [ground]: there is nothing that lights drops"
-        elif not self.droplets.dims:
-            words = (
-                "needs droplets.extinction = true: rain takes as much light out of the sky behind"
-                " it as it scatters"
-            )
-        else:
-            return self
-        problem = InitErrorDetails(
-            type=refused(words), loc=("droplets", "skylight"), input=self.droplets.skylight
-        )
-        raise ValidationError.from_exception_data(type(self).__name__, [problem])
-
     _right: "Scene | None" = PrivateAttr(default=None)
     _source_text: str = PrivateAttr(default="")
     _source_name: str = PrivateAttr(default="scene")

@@ -167,7 +167,7 @@ class World:
     @property
     def skylight(self) -> bool:
         """Whether light of the sky and the ground that drops scatter counts."""
-        return self._scene.droplets.skylight and self.around is not None
+        return self._scene.droplets.skylight and _skylight_note(self._scene) == ""
 
     @property
     def rain_per_m(self) -> float:
@@ -275,10 +275,25 @@ def _notes(scene: Scene) -> tuple[str, ...]:
     told = "" if radius is None else left_out(radius)
     return (
         *((f"droplets.radius: {told}",) if told else ()),
+        *((_skylight_note(scene),) if scene.droplets.skylight and _skylight_note(scene) else ()),
         *lens_notes(scene),
         *surroundings_notes(scene),
         *light_notes(scene),
     )
+
+
+def _skylight_note(scene: Scene) -> str:
+    """Say why neither sky nor ground can light a scene's drops; empty if they can."""
+    if not scene.has_surroundings:
+        return (
+            "droplets.skylight: no sky or ground lights the drops; add atmosphere.sky or [ground]"
+        )
+    if not scene.droplets.dims:
+        return (
+            "droplets.skylight: is left out where rain takes no light out of the sky behind it; add"
+            " droplets.extinction = true"
+        )
+    return ""
 
 
 def moved(world: World, scene: Scene) -> World | None:

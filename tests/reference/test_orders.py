@@ -198,8 +198,6 @@ def test_drops_under_a_sky_are_brighter():
 
 
 @pytest.mark.parametrize(("changes", "words"), [
-    ({"droplets.skylight": True}, "skylight = true; needs atmosphere.sky = true or a [ground]"),
-    ({"droplets.skylight": True, "ground.albedo": 0.2}, "needs droplets.extinction = true"),
     ({"droplets.scattering_orders": "some"}, 'must be one of "single", "all"'),
     ({"render.samples": 1}, "render.samples = 1; must be 16"),
 ])  # fmt: skip
@@ -208,3 +206,13 @@ def test_what_is_refused(changes, words):
         rtbow.load_scene("uniform", changes)
     assert words in str(refused.value)
     assert len(str(refused.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({}, "no sky or ground lights the drops"),
+    ({"ground.albedo": 0.2}, "add droplets.extinction = true"),
+])  # fmt: skip
+def test_that_nothing_lights_the_drops_is_said(changes, words):
+    world = resolve(rtbow.load_scene("uniform", {"droplets.skylight": True, **changes}))
+    assert counted_in(world) is None
+    assert any(words in note for note in world.notes)

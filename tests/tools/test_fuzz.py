@@ -46,7 +46,8 @@ NUMBERS = [
     for table, name, _ in walk_fields()
     if (node := node_at(key := f"{table}.{name}")) is not None
     and node.annotation in (int, float)
-    and key not in ("render.wavelength_step_nm", "render.steps")  # dear ones are rare, or left out
+    # Dear ones are rare, or left out.
+    and key not in ("render.wavelength_step_nm", "render.steps", "render.samples")
 ]
 
 

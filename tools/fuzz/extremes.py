@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args, get_origin
 import numpy as np
 import tomlkit
 
-from rtbow.base.limits import DEEPEST_AIR_M, INDICES
+from rtbow.base.limits import DEEPEST_AIR_M, INDICES, TOP_M
 from rtbow.base.resources import resource_dir
 from rtbow.scene.aim import LOOKED_AT
 from rtbow.scene.air import ALBEDOS, FREE_AEROSOL
@@ -232,11 +232,14 @@ _SPECIAL: dict[str, Callable[[Rng], Any]] = {
     "compare.right": _right,
     "droplets.box_m": _box,
     "droplets.radius.file": lambda rng: str(resource_dir("scenes") / "shower-sizes.csv"),
+    "droplets.scattering_orders": lambda rng: "all" if rng.uniform() < 0.05 else "single",
+    "droplets.skylight": lambda rng: bool(rng.uniform() < 0.05),
     "droplets.file": lambda rng: f"volume-{rng.integers(VOLUMES)}.npz",
     "droplets.grid": _grid,
     "ground.albedo": lambda rng: _choice(rng, (0.0, 1.0, float(rng.uniform()), *ALBEDOS)),
     "light.0.time": lambda rng: str(_choice(rng, _TIMES)),
     "light.0.spectrum": lambda rng: str(_choice(rng, _SPECTRA)),
+    "render.samples": lambda rng: int(_choice(rng, (16, 100))),
     "render.steps": _steps,
     "render.wavelength_step_nm": _wavelength_step,
     "scattering.refractive_index": lambda rng: float(
@@ -359,7 +362,8 @@ def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
             ground.pop("height_m", None)
         else:
             height = ground.get("height_m", 0.0)
-            camera["position_m"][2] = height + abs(camera["position_m"][2] - height)
+            above = min(abs(camera["position_m"][2] - height), TOP_M)
+            camera["position_m"][2] = height + (above if rng.random() < 0.9 else 1.1 * TOP_M)
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:

@@ -9,10 +9,10 @@ from rtbow.base.errors import UnsuitedError
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, added_up, texture_bytes
 from rtbow.reference.orders import Orders, counted_in
-from rtbow.render.fast.smooth import smooth_block
 from rtbow.render.glow.map import GlowMap
 from rtbow.render.glow.passes import GlowPasses, glow_defines, uploaded
 from rtbow.render.method import Method, ShaderMethod
+from rtbow.render.smooth import smooth_block
 from rtbow.world.world import World
 
 

@@ -11,8 +11,8 @@ from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import Texture, row_texture
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
-from rtbow.render.fast.smooth import SmoothPasses
 from rtbow.render.glow.map import GlowMap
+from rtbow.render.smooth import SmoothPasses
 from rtbow.render.uniforms import common_defines, common_uniforms
 from rtbow.world.steps import StepRates
 from rtbow.world.world import World

@@ -14,7 +14,7 @@ from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
 from rtbow.gl.program import Texture, row_texture, volume_texture
 from rtbow.physics.light.colour import LUMINANCE_WEIGHTS
-from rtbow.render.fast.smooth import SmoothPasses
+from rtbow.render.smooth import SmoothPasses
 from rtbow.render.uniforms import common_defines, common_uniforms
 from rtbow.tables.sky.rays import FALLING, RISING, Eye
 from rtbow.tables.sky.seen import SkyTable

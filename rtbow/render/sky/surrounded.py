@@ -6,10 +6,10 @@ from rtbow.base.arrays import Array, Float32, Progress, no_progress
 from rtbow.gl.context import GlContext
 from rtbow.gl.program import FrameTarget, Texture, added_up, texture_bytes, volume_texture
 from rtbow.physics.light.spectrum import Spectrum
-from rtbow.render.fast.smooth import smooth_block
 from rtbow.render.method import Method, ShaderMethod
 from rtbow.render.sky.passes import Passes, SkyOf, sky_defines, uploaded
 from rtbow.render.sky.wanted import Skies, SkiesAtOnce, Wanted, colours_of, eye_of
+from rtbow.render.smooth import smooth_block
 from rtbow.world.lights import Sun
 from rtbow.world.world import World
 
