@@ -24,6 +24,7 @@ PARTS = {
     "haze": "ten settings with aerosol, ozone and ground against two programs",
     "measured": "two skies that were measured; --fit",
     "energy": "light that comes in and neither arrives at the ground nor leaves",
+    "clear": "fields of clear air that come with the program against those that are solved for",
     "nodes": "what twice as many nodes, rays, azimuths or pieces change",
     "rays": "the shader's tables against the reference, single rays",
     "small": "frames of `uniform` against the reference, all pixels",
@@ -44,8 +45,8 @@ def rows(part: str, given: argparse.Namespace) -> Rows:
 
     simple = {
         "molecules": air.molecular, "polarisation": air.polarised, "single": air.single,
-        "haze": air.haze, "energy": air.energy, "nodes": air.nodes, "rays": air.single_rays,
-        "small": frames.small, "moved": times.moved, "start": times.start,
+        "haze": air.haze, "energy": air.energy, "clear": air.clear_fields, "nodes": air.nodes,
+        "rays": air.single_rays, "small": frames.small, "moved": times.moved, "start": times.start,
     }  # fmt: skip
     match part:
         case "measured":

@@ -15,7 +15,7 @@ from rtbow.base.cache import FOLDER_VARIABLE
 from rtbow.tables.sky import field
 
 # Of the tests, whose folder the command line puts on the path.
-from skies import aerosol, measured, molecules, tables  # type: ignore[import-not-found]
+from skies import aerosol, clear, measured, molecules, tables  # type: ignore[import-not-found]
 from skies.check import rms, worst  # type: ignore[import-not-found]
 from sky_error.row import Row, Rows, rows_of
 
@@ -84,6 +84,13 @@ def energy() -> Rows:
     for sun in (90.0, 40.0, 20.0, 15.0):
         yield from rows_of(molecules.conserved(sun))
     yield from rows_of(aerosol.conserved())
+
+
+def clear_fields() -> Rows:
+    """Fields of clear air that come with the program."""
+    for case in clear.CASES:
+        yield from rows_of(clear.fields(case))
+    yield from rows_of(clear.one_index())
 
 
 def single_rays() -> Rows:
