@@ -36,7 +36,7 @@ _SUN_NODES = (97, 33)
 """...heights and distances at which a sun's light is known."""
 _RAY_NODES = 257
 """Places along a ray between which the rain's depth grows evenly."""
-_SKY_ROWS, _SKY_COLUMNS = 61, 73
+_SKY_ROWS, _SKY_COLUMNS = 31, 37
 """Of the light from outside: above and below the horizon, dense there; and all around."""
 
 
