@@ -78,6 +78,23 @@ def test_most_scenes_are_valid():
     assert valid > 80
 
 
+def buried_or_hazy_under_a_lamp(values):
+    """Whether no shader draws a scene, for its ground or for its haze."""
+    air, low = values.get("atmosphere", {}), values["droplets"].get("box_m", [[0.0, 0.0, 1e9]])[0]
+    buried = "ground" in values and low[2] < values["ground"].get("height_m", 0.0)
+    hazy = "ozone_du" in air or "aerosol" in air
+    return buried or (hazy and any(light["type"] == "point" for light in values["light"]))
+
+
+def test_few_pixels_are_areas_where_the_reference_alone_draws_them():
+    drawn = (scene_values(np.random.default_rng(seed)) for seed in range(400))
+    slow = [v["camera"] for v in drawn if buried_or_hazy_under_a_lamp(v)]
+    areas = [camera for camera in slow if camera.get("pixel") == "area"]
+    assert len(areas) > 20
+    assert all(camera["size_px"] == [2, 1] for camera in areas)
+    assert len({tuple(camera["size_px"]) for camera in slow}) > 10
+
+
 def test_same_seed_same_input():
     assert scenes.make(5) == scenes.make(5) != scenes.make(6)
     volumes = [sound_volume(np.random.default_rng(n)) for n in range(VOLUMES)]

@@ -53,6 +53,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
         _fit_light(rng, light)
     _fit_camera(rng, camera, values["light"])
     _fit_air(rng, values, camera)
+    _fit_pixels(values, camera)
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -360,6 +361,23 @@ def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
         else:
             height = ground.get("height_m", 0.0)
             camera["position_m"][2] = height + abs(camera["position_m"][2] - height)
+
+
+def _fit_pixels(values: dict[str, Any], camera: dict[str, Any]) -> None:
+    """Leave two pixels that are areas where the reference alone draws them: each is thousands of
+    rays, and a picture of them takes many minutes."""
+    right = values.get("compare", {}).get("right", {})
+    if "area" not in (camera.get("pixel"), right.get("camera.pixel")):
+        return
+    air = values.get("atmosphere", {})
+    keys = {*air, *(key.rpartition(".")[2] for key in right)}
+    lamps = any(light["type"] == "point" for light in values["light"])
+    hazy = lamps and not keys.isdisjoint(("ozone_du", "aerosol"))
+    box = values["droplets"].get("box_m")
+    ground_m = values.get("ground", {}).get("height_m", 0.0)
+    buried = ("ground" in values or "sky" in keys) and box is not None and box[0][2] < ground_m
+    if hazy or buried:
+        camera["size_px"] = [2, 1]
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:
