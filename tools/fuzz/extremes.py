@@ -364,11 +364,9 @@ def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
 
 
 def _fit_pixels(values: dict[str, Any], camera: dict[str, Any]) -> None:
-    """Leave two pixels that are areas where the reference alone draws them: each is thousands of
-    rays, and a picture of them takes many minutes."""
+    """Have pixels that are areas only where shaders draw them: for the reference each is thousands
+    of rays, and a picture of them takes many minutes."""
     right = values.get("compare", {}).get("right", {})
-    if "area" not in (camera.get("pixel"), right.get("camera.pixel")):
-        return
     air = values.get("atmosphere", {})
     keys = {*air, *(key.rpartition(".")[2] for key in right)}
     lamps = any(light["type"] == "point" for light in values["light"])
@@ -377,7 +375,8 @@ def _fit_pixels(values: dict[str, Any], camera: dict[str, Any]) -> None:
     ground_m = values.get("ground", {}).get("height_m", 0.0)
     buried = ("ground" in values or "sky" in keys) and box is not None and box[0][2] < ground_m
     if hazy or buried:
-        camera["size_px"] = [2, 1]
+        camera["pixel"] = "centre"
+        right.update({key: "centre" for key in right if key == "camera.pixel"})
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:
