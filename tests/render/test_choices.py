@@ -5,9 +5,11 @@ import pytest
 
 from rtbow.base.errors import UnsuitedError
 from rtbow.base.limits import LEAST_SHARE_OF_DISTANCE
+from rtbow.physics.air.rayleigh import Column
 from rtbow.render.checks import check_box
 from rtbow.render.fast.lamp import plan_lamp
 from rtbow.render.fast.shared import plan_world
+from rtbow.render.fast.sun_colours import plan_sunlight
 from rtbow.render.fineness import sharp_step_nm
 from rtbow.render.uniforms import LAMP_POINTS, lamp_points
 from rtbow.scene.text.file import load_scene
@@ -30,6 +32,21 @@ def test_fringes_that_nothing_blurs_take_finer_wavelengths(disc, radius_um, step
 def test_the_scenes_own_step_stays_where_it_is_finer():
     keys = {"light__0__angular_diameter_deg": 0.0, "render__wavelength_step_nm": 0.5}
     assert sharp_step_nm(world(**keys)) == 0.5
+
+
+@pytest.mark.parametrize(("disc", "radius_um", "azimuth", "step"), [
+    (0.533, 700.0, 0.0, 2.0),  # the disc blurs what two nanometres do not follow
+    (0.533, 400.0, 180.0, 1.0),  # towards the sun fringes are wider, and less so
+    (0.064, 400.0, 180.0, 1.0),
+    (0.064, 50.0, 180.0, 2.0),  # there are none so fine
+])  # fmt: skip
+def test_tables_follow_the_fringes_that_a_disc_leaves(disc, radius_um, azimuth, step):
+    keys = {"light__0__angular_diameter_deg": disc, "droplets__radius__radius_um": radius_um}
+    towards = world(**keys, light__0__azimuth_deg=180.0, camera__azimuth_deg=azimuth)
+    light = plan_sunlight(
+        plan_world(towards), towards.optics.suns[0], Column(0.0, 8.0), 16_384, roaming=False
+    )
+    np.testing.assert_allclose(np.diff(light.basis.wavelength_nm), step)
 
 
 @pytest.mark.parametrize(("share", "refused"), [(0.99, True), (1.01, False)])

@@ -79,6 +79,22 @@ def test_most_scenes_are_valid():
     assert valid > 80
 
 
+def buried_or_hazy_under_a_lamp(values):
+    """Whether no shader draws a scene, for its ground or for its haze."""
+    air, low = values.get("atmosphere", {}), values["droplets"].get("box_m", [[0.0, 0.0, 1e9]])[0]
+    buried = "ground" in values and low[2] < values["ground"].get("height_m", 0.0)
+    hazy = "ozone_du" in air or "aerosol" in air
+    return buried or (hazy and any(light["type"] == "point" for light in values["light"]))
+
+
+def test_pixels_are_areas_only_where_the_reference_does_not_draw_alone():
+    drawn = [scene_values(np.random.default_rng(seed)) for seed in range(400)]
+    slow = [values for values in drawn if buried_or_hazy_under_a_lamp(values)]
+    assert len(slow) > 50
+    assert all(values["camera"]["pixel"] == "centre" for values in slow)
+    assert sum(values["camera"].get("pixel") == "area" for values in drawn) > 30
+
+
 def test_same_seed_same_input():
     assert scenes.make(5) == scenes.make(5) != scenes.make(6)
     volumes = [sound_volume(np.random.default_rng(n)) for n in range(VOLUMES)]

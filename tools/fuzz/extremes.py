@@ -53,6 +53,7 @@ def scene_values(rng: Rng, cost: Cost = "airy") -> dict[str, Any]:
         _fit_light(rng, light)
     _fit_camera(rng, camera, values["light"])
     _fit_air(rng, values, camera)
+    _fit_pixels(values, camera)
     if cost == "quick":
         _make_quick(rng, values)
     return values
@@ -364,6 +365,22 @@ def _fit_air(rng: Rng, values: dict[str, Any], camera: dict[str, Any]) -> None:
             height = ground.get("height_m", 0.0)
             above = min(abs(camera["position_m"][2] - height), TOP_M)
             camera["position_m"][2] = height + (above if rng.random() < 0.9 else 1.1 * TOP_M)
+
+
+def _fit_pixels(values: dict[str, Any], camera: dict[str, Any]) -> None:
+    """Have pixels that are areas only where shaders draw them: for the reference each is thousands
+    of rays, and a picture of them takes many minutes."""
+    right = values.get("compare", {}).get("right", {})
+    air = values.get("atmosphere", {})
+    keys = {*air, *(key.rpartition(".")[2] for key in right)}
+    lamps = any(light["type"] == "point" for light in values["light"])
+    hazy = lamps and not keys.isdisjoint(("ozone_du", "aerosol"))
+    box = values["droplets"].get("box_m")
+    ground_m = values.get("ground", {}).get("height_m", 0.0)
+    buried = ("ground" in values or "sky" in keys) and box is not None and box[0][2] < ground_m
+    if hazy or buried:
+        camera["pixel"] = "centre"
+        right.update({key: "centre" for key in right if key == "camera.pixel"})
 
 
 def _fit_medium(rng: Rng, scattering: dict[str, Any]) -> None:

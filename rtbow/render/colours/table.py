@@ -111,6 +111,8 @@ def chords(low: float, high: float, step_rad: float, most: int) -> Array:
 MOST_PHASE = 800.0
 """Phase of Airy's fringes up to which 1 nm, the step of the reference, follows them: from one
 wavelength to the next it changes by 1.5 rad."""
+_LEAST_SEEN_NM = 420.0
+"""Shorter wavelengths have too little of any colour for bands of it."""
 _PHASE_STEP = 0.3
 """Phase between columns, rad: linear interpolation errs by 1 % of the fringes."""
 
@@ -145,6 +147,45 @@ def greatest_phase(
     them. Arguments are those of :func:`fringe_step`.
     """
     return max(fringe_phase(z) for z, _ in _greatest_arguments(orders, radius_m, low, high, medium))
+
+
+def fringes_missed(
+    orders: tuple[int, ...],
+    radius_m: float,
+    low: float,
+    high: float,
+    medium: Medium,
+    disc_rad: float,
+    step_nm: float,
+) -> float:
+    """Give what a light's disc leaves of those fringes that a step of wavelengths takes for none.
+
+    A sum over wavelengths averages fringes out, since their phase is inverse to the wavelength.
+    Where it changes by a whole turn from one step to the next, all that are summed lie alike, and
+    bands of colour come out that are not there.
+
+    Args:
+        orders: of the bows.
+        radius_m: of the largest drop.
+        low: first scattering angle, rad.
+        high: last.
+        medium: what the drops are made of.
+        disc_rad: angular radius of the light's disc.
+        step_nm: the step.
+
+    Returns:
+        The amplitude of the widest of them, a share of what it is without a disc; 0 where no
+        fringes between these angles are so fine.
+    """
+    turn = 2.0 * math.pi * _LEAST_SEEN_NM / step_nm * (_LEAST_SEEN_NM / VISIBLE_NM[0])
+    z = (0.75 * turn) ** (2.0 / 3.0)  # of the widest ones, at the violet end
+    left = 0.0
+    for greatest, scale in _greatest_arguments(orders, radius_m, low, high, medium):
+        if greatest > z:
+            across = 2.0 * math.sqrt(z) * scale * disc_rad  # phase across the disc's radius
+            # The envelope of 2 J1(P)/P, the mean of a sine over a disc.
+            left = max(left, min(1.0, 1.6 * across**-1.5) if across > 0.0 else 1.0)
+    return left
 
 
 def _greatest_arguments(

@@ -19,11 +19,13 @@ from rtbow.render.colours.table import (
     chords,
     colour_table,
     fringe_step,
+    fringes_missed,
     over_pixels,
 )
 from rtbow.render.fast.columns import DARK_COLUMN
 from rtbow.render.fast.light import LightPlan, plan_light
 from rtbow.render.fast.shared import Plan
+from rtbow.render.fast.tolerance import node_step_nm
 from rtbow.render.haze import SunHaze
 from rtbow.world.lights import Sun
 
@@ -38,6 +40,7 @@ _FALL_OFF_ROWS = 3
 """Rows of a table beside its colours, as a rule."""
 _SHARP_STEP_NM = 1.0
 """Step of wavelengths, that of the reference, where nothing blurs the fringes of single ones."""
+_FINER_STEPS_NM = (2.5, 2.0, _SHARP_STEP_NM)
 _TOO_FINE = (
     "light.N.angular_diameter_deg = 0: drops under a point of light show fringes that method fast"
     " does not follow; use --method spectral, or give the light a diameter"
@@ -64,7 +67,7 @@ def plan_sunlight(
         raise UnsuitedError(_TOO_FINE)
     whole = Column(0.0, DARK_COLUMN) if roaming and plan.world.optics.has_air else column
     chord = _chords(plan, sun, most_texels, everywhere=roaming)
-    step_nm = _SHARP_STEP_NM if sharp else None
+    step_nm = _SHARP_STEP_NM if sharp else _step_nm(plan, sun, everywhere=roaming)
     levels = None
     if plan.world.view.area:
         blur = float(np.hypot(sun.disc_rad, plan.world.narrowest_bow_rad))
@@ -79,6 +82,25 @@ def plan_sunlight(
         step_nm=step_nm,
         levels=levels,
     )
+
+
+def _step_nm(plan: Plan, sun: Sun, *, everywhere: bool) -> float:
+    """Give the step of wavelengths of a table: the settings', or the first finer one that follows
+    the fringes which the sun's disc leaves at the table's angles."""
+    world, settings = plan.world, plan.settings
+    if not world.bows_in_place:
+        return node_step_nm(settings, blurred=True)
+    step_nm = node_step_nm(settings, blurred=False)
+    low, high = (0.0, np.pi) if everywhere else world.view.angles_from(sun.direction)
+    largest, scatterer = world.volume.size_range_um[1] * 1e-6, world.scatterer
+    for step in (step_nm, *(step for step in _FINER_STEPS_NM if step < step_nm)):
+        step_nm = step
+        missed = fringes_missed(
+            scatterer.orders, largest, low, high, scatterer.medium, sun.disc_rad, step
+        )
+        if missed <= settings.fringes_missed:
+            break
+    return step_nm
 
 
 def _spectrum(plan: Plan, sun: Sun) -> Spectrum:

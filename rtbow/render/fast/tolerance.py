@@ -32,6 +32,8 @@ class FastSettings:
         texels_per_fringe: texels within a bow's width, for lights without a disc.
         wavelength_step_nm: step of the wavelengths at which cross-sections are taken; spectra are
             integrated at 1 nm. Fringes of one radius need a fine one.
+        fringes_missed: amplitude that a light's disc may leave of fringes too fine for that step,
+            of that without a disc; a finer step is taken where it leaves more.
         row_step: step in ln(radius) of the radii at which cross-sections are taken.
         rows_per_fold: rows of radius per factor e, in a volume whose radii vary along a ray by that
             factor; more where they vary less (:func:`hat_rows`).
@@ -49,6 +51,7 @@ class FastSettings:
     texels_per_disc: float
     texels_per_fringe: float
     wavelength_step_nm: float
+    fringes_missed: float
     row_step: float
     rows_per_fold: float
     colour: float
@@ -65,6 +68,8 @@ class _Measured:
         samples_per_cell: at the default bound.
         blocks: pixels between nodes below the default bound, from it, and from four times it.
         wavelength_steps_nm: up to half the default bound, and above.
+        fringes_missed: amplitude left of fringes that these do not follow, at the default bound;
+            radii that vary along a ray blur them, too.
         row_steps: distances in ln(radius) below the default bound, and from it.
         rows_per_fold: at the default bound.
         lamp_block: pixels between nodes under a lamp.
@@ -74,6 +79,7 @@ class _Measured:
     samples_per_cell: float
     blocks: tuple[int, int, int]
     wavelength_steps_nm: tuple[float, float]
+    fringes_missed: float
     row_steps: tuple[float, float]
     rows_per_fold: float
     lamp_block: int
@@ -85,10 +91,10 @@ class _Measured:
 # so that errors between rows do not cancel; but rows cost nothing, since no nodes keep weights of
 # them.
 _MEASURED: dict[Kind, _Measured] = {
-    "alike": _Measured(0.75, (4, 8, 4), (1.0, 2.0), (0.01, 0.015), 13.0, 4, 1.0),
-    "smooth": _Measured(1.5, (2, 3, 4), (2.5, 5.0), (0.01, 0.015), 13.0, 4, 1.0),
+    "alike": _Measured(0.75, (4, 8, 4), (1.0, 2.0), 0.03, (0.01, 0.015), 13.0, 4, 1.0),
+    "smooth": _Measured(1.5, (2, 3, 4), (2.5, 5.0), 0.1, (0.01, 0.015), 13.0, 4, 1.0),
     "rough": _Measured(
-        3.0, (0, 0, 0), (2.5, 5.0), (0.01 * (1.0 / 3.0), 0.015 * (1.0 / 3.0)), 100.0, 0, 1.5
+        3.0, (0, 0, 0), (2.5, 5.0), 0.1, (0.01 * (1.0 / 3.0), 0.015 * (1.0 / 3.0)), 100.0, 0, 1.5
     ),
 }
 
@@ -117,6 +123,7 @@ def settings_for(delta_e: float, kind: Kind) -> FastSettings:
         texels_per_fringe=6.0 * texels,
         texels_per_disc=14.0 * texels,
         wavelength_step_nm=measured.wavelength_steps_nm[share > 0.5],
+        fringes_missed=measured.fringes_missed * error,
         row_step=measured.row_steps[share >= 1.0],
         rows_per_fold=measured.rows_per_fold * count,
         colour=1e-3 * error,

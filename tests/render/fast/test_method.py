@@ -271,6 +271,7 @@ def camera_cases() -> list[Case]:
 def light_cases() -> list[Case]:
     low = view(30.0, 90.0)
     small = drops(radius_um=20.0)
+    aside = view(9.0, 60.0, azimuth_deg=236.0)  # far within the secondary bow
     return [
         Case("sun-below", "the Earth's shadow: no cubic follows the column", low,
              [sun(altitude_deg=-0.5)], more=AIR),
@@ -280,6 +281,12 @@ def light_cases() -> list[Case]:
              position_m=[0.0, 0.0, 800.0]), [sun(altitude_deg=60.0)], more=AIR),
         Case("no-disc", "all fringes of one radius", view(22.0, 40.0),
              [sun(angular_diameter_deg=0.0)], small),
+        Case("narrow-disc", "fringes that it does not blur", aside,
+             [sun(angular_diameter_deg=0.06)], drops(ROUND_THE_EYE, 430.0)),
+        Case("narrow-disc-sizes", "the same of several radii", aside,
+             [sun(angular_diameter_deg=0.3)],
+             per_point(140.0, 270.0) | {"box_m": [list(corner) for corner in ROUND_THE_EYE]},
+             {"scattering": {"orders": [2]}}, pixels=60),
         Case("wide-disc", "ten discs across", {}, [sun(angular_diameter_deg=5.0)]),
         Case("lines", "a spectrum with lines between its wavelengths", {}, [sun(spectrum="FL2")]),
         Case("primary", "one bow", more={"scattering": {"orders": [1]}}),
@@ -526,7 +533,8 @@ BROKEN = {
     "disc": ("lamp-disc", see_no_disc),
     "samples": ("shafts-inside", coarser(samples_per_cell=0.05)),
     "bend": ("shafts-corners", coarser(block=16, bend=1e3)),
-    "wavelengths": ("even", coarser(wavelength_step_nm=25.0)),
+    "wavelengths": ("even", coarser(wavelength_step_nm=25.0, fringes_missed=1.0)),
+    "fringes": ("narrow-disc", coarser(fringes_missed=1.0)),
     "radii": ("sizes", coarser(rows_per_fold=2.0)),
     "air": ("sun-0.5", leave_the_air_one_colour),
     "lamp": ("lamp-sizes", coarser(lamp_scale=0.1)),
