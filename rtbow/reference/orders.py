@@ -19,7 +19,7 @@ from rtbow.physics.air.rayleigh import horizon_rad, sun_column
 from rtbow.physics.constants import SCALE_HEIGHT_M
 from rtbow.physics.geometry import box_span
 from rtbow.reference.paths import Counted, Layers, Lights, Rain, walk
-from rtbow.reference.rays import Rays
+from rtbow.reference.rays import Rays, moments_of
 from rtbow.reference.sky import Sky
 from rtbow.tables.orders.phase import rain_phase
 from rtbow.tables.sky.air import shells_of
@@ -46,8 +46,9 @@ _MOST_DROPS = 1_000_000
 
 def counted_in(world: World) -> Counted | None:
     """Give which light of a world is counted beside what suns and lamps send by way of one drop;
-    None where that is all."""
-    if not (world.scatters_again or world.skylight):
+    None where that is all, or there are no drops."""
+    wanted = world.scatters_again or world.skylight
+    if not wanted or world.rain is None or world.rain.greatest <= 0.0:
         return None
     return Counted(world.scatters_again, world.skylight, _MOST_DROPS, False)
 
@@ -146,11 +147,9 @@ def _rain(world: World, building: Progress) -> Rain:
         scatterer.medium, scatterer.spread, volume.size_range_um, volume.sizes,
         optics.wavelength_nm, max(discs, default=NO_SUN_DISC_RAD), building,
     )  # fmt: skip
-    density = volume.number_per_m3.astype(np.float64)
-    moments = np.stack([density, density * volume.radius_um.astype(np.float64) * 1e-6], axis=-1)
     return Rain(
         volume.box_m, with_second(world.rain.field),
-        np.ascontiguousarray(moments.transpose(2, 1, 0, 3)), world.rain.greatest,
+        moments_of(volume), world.rain.greatest,
         world.rain.ratio, float(phase.radius_m[0]), phase.per_fold, np.cos(phase.edges_rad),
         phase.density, phase.running,
     )  # fmt: skip

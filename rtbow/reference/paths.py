@@ -115,7 +115,7 @@ class Counted(NamedTuple):
 
     Attributes:
         several: that of suns and lamps, scattered twice and more.
-        skylight: that from outside, scattered by ``sky_orders`` drops and more.
+        skylight: that from outside, scattered once, and more often where ``several``.
         most: drops of a path, at most.
         single: that of suns and lamps scattered once, too: for tests.
     """
@@ -163,16 +163,22 @@ def _exit(point: Array, towards: Array, box: Array) -> float:
 
 
 @compiled()
+def _pieces(towards: Array, length: float, rain: Rain) -> int:
+    """Pieces of a way through a grid: of half a cell."""
+    rate = 0.0
+    for axis in range(3):
+        extent = rain.box[1, axis] - rain.box[0, axis]
+        cells = rain.extinction.shape[2 - axis] - 1
+        rate = max(rate, abs(towards[axis]) * cells / extent)
+    return 1 + int(2.0 * rate * length)
+
+
+@compiled()
 def _depth(point: Array, towards: Array, length: float, rain: Rain, at: Array) -> float:
     """Optical depth of rain at 550 nm along a way within the box: by midpoints of half a cell."""
-    nz, ny, nx = rain.extinction.shape[:3]
-    if nz == 1 and ny == 1 and nx == 1:
+    if rain.extinction.size == 2:  # even rain
         return float(length * rain.extinction[0, 0, 0, 0])
-    rate = 0.0
-    for axis, count in ((0, nx), (1, ny), (2, nz)):
-        extent = rain.box[1, axis] - rain.box[0, axis]
-        rate = max(rate, abs(towards[axis]) * (count - 1) / extent)
-    pieces = 1 + int(2.0 * rate * length)
+    pieces = _pieces(towards, length, rain)
     total = 0.0
     for k in range(pieces):
         for axis in range(3):
@@ -186,14 +192,9 @@ def _distance_at(
     depth: float, point: Array, towards: Array, length: float, rain: Rain, at: Array
 ) -> float:
     """How far along a way rain of an optical depth at 550 nm lies: by the pieces of ``_depth``."""
-    nz, ny, nx = rain.extinction.shape[:3]
-    if nz == 1 and ny == 1 and nx == 1:
+    if rain.extinction.size == 2:  # even rain
         return float(min(depth / rain.extinction[0, 0, 0, 0], length))
-    rate = 0.0
-    for axis, count in ((0, nx), (1, ny), (2, nz)):
-        extent = rain.box[1, axis] - rain.box[0, axis]
-        rate = max(rate, abs(towards[axis]) * (count - 1) / extent)
-    pieces = 1 + int(2.0 * rate * length)
+    pieces = _pieces(towards, length, rain)
     step, total = length / pieces, 0.0
     for k in range(pieces):
         for axis in range(3):

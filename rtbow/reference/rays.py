@@ -11,6 +11,7 @@ from rtbow.base.arrays import Array, Indices, Mask
 from rtbow.base.compiled import compiled, prange
 from rtbow.physics.drop.airy import RADIUS_POWER, SCALE_POWER
 from rtbow.physics.drop.airy_compiled import airy_grid, airy_squared_at
+from rtbow.world.rain.volume import DropletVolume
 from rtbow.world.rain.volume_compiled import interpolate
 from rtbow.world.steps import UNSEEN_DEPTH
 
@@ -47,6 +48,16 @@ class Rays(NamedTuple):
     def some(self, chosen: Mask) -> Rays:
         """Give the chosen ones."""
         return Rays(self.origin, *(each[chosen] for each in self[1:]))
+
+
+def moments_of(volume: DropletVolume) -> Array:
+    """Density and density times radius in float64, (nz, ny, nx, 2).
+
+    Their ratio is then the radius to the last digits, and drops of one radius stay of one radius.
+    """
+    density = volume.number_per_m3.astype(np.float64)
+    moments = np.stack([density, density * volume.radius_um.astype(np.float64) * 1e-6], axis=-1)
+    return np.ascontiguousarray(moments.transpose(2, 1, 0, 3))
 
 
 class Grid(NamedTuple):

@@ -38,6 +38,7 @@ from rtbow.reference.rays import (
     depths_along,
     depths_of_paths,
     integrate_spectrum,
+    moments_of,
     sample_rays,
 )
 from rtbow.reference.rows import LampSections, integrate_lamp_rows, integrate_rows
@@ -242,7 +243,7 @@ def _set_up(world: World, building: Progress = no_progress, optics: Optics | Non
     orders = None
     if optics is world.optics and counted_in(world) is not None:
         orders = Orders.of(world, building)
-    return _Setup(world, optics, _moments(volume), sections, rows, sky, orders)
+    return _Setup(world, optics, moments_of(volume), sections, rows, sky, orders)
 
 
 def _rays(setup: _Setup, directions: Array) -> Rays:
@@ -438,16 +439,6 @@ def _bows(setup: _Setup) -> Bows:
         second=np.stack([0.5 * b.parallel if polarised else b.strength for b in bows]),
         side=np.array([b.side for b in bows]),
     )
-
-
-def _moments(volume: DropletVolume) -> Array:
-    """Density and density times radius in float64, (nz, ny, nx, 2).
-
-    Their ratio is then the radius to the last digits, and drops of one radius stay of one radius.
-    """
-    density = volume.number_per_m3.astype(np.float64)
-    moments = np.stack([density, density * volume.radius_um.astype(np.float64) * 1e-6], axis=-1)
-    return np.ascontiguousarray(moments.transpose(2, 1, 0, 3))
 
 
 def radiance_along(world: World, rays: Array) -> Array:

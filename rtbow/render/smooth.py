@@ -3,12 +3,13 @@ not do, pixel by pixel."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from rtbow.gl.context import GlContext
 from rtbow.gl.glsl import Define
-from rtbow.gl.program import GlProgram, Texture
+from rtbow.gl.program import FrameTarget, GlProgram, Texture, added_up
 from rtbow.render.fast.nodes import Nodes, block_for, draw_into
 from rtbow.render.uniforms import set_uniforms
 from rtbow.world.camera.view import View
@@ -23,6 +24,21 @@ are drawn one by one."""
 def smooth_block(view: View) -> int:
     """Give the pixels between a view's nodes; 0 for no nodes."""
     return block_for(view, _MOST_PIXELS)
+
+
+@contextmanager
+def drawn_over(
+    gl: GlContext, target: FrameTarget, size_px: tuple[int, int], columns: slice
+) -> Iterator[None]:
+    """Let what is drawn meanwhile add to some columns of a frame; the whole is bound after."""
+    width, height = size_px
+    left, right, _ = columns.indices(width)
+    frame = target.begin(clear=False)
+    frame.scissor = (left, 0, right - left, height)
+    with added_up(gl):
+        yield
+    frame = target.begin(clear=False)
+    frame.scissor = (0, 0, width, height)
 
 
 class SmoothPasses:

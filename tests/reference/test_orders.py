@@ -216,3 +216,14 @@ def test_that_nothing_lights_the_drops_is_said(changes, words):
     world = resolve(rtbow.load_scene("uniform", {"droplets.skylight": True, **changes}))
     assert counted_in(world) is None
     assert any(words in note for note in world.notes)
+
+
+@pytest.mark.parametrize("changes", [
+    {"droplets.density.number_per_m3": 0.0},
+    {"droplets.box_m": [[-10.0, 20_000.0, 0.0], [10.0, 20_010.0, 20.0]],
+     "camera.fov_deg": 0.5, "camera.altitude_deg": 0.0},
+], ids=["no-drops", "far"])  # fmt: skip
+def test_rain_that_is_hardly_there(changes):
+    scene = {**BOX, "camera.size_px": [16, 9], **changes}
+    with rtbow.Renderer(rtbow.load_scene("uniform", scene)) as renderer:
+        assert np.isfinite(renderer.render("fast")).all()

@@ -7,12 +7,12 @@ import numpy as np
 from rtbow.base.arrays import Float32, Progress, no_progress
 from rtbow.base.errors import UnsuitedError
 from rtbow.gl.context import GlContext
-from rtbow.gl.program import FrameTarget, added_up, texture_bytes
+from rtbow.gl.program import FrameTarget, texture_bytes
 from rtbow.reference.orders import Orders, counted_in
 from rtbow.render.glow.map import GlowMap
 from rtbow.render.glow.passes import GlowPasses, glow_defines, uploaded
 from rtbow.render.method import Method, ShaderMethod
-from rtbow.render.smooth import smooth_block
+from rtbow.render.smooth import drawn_over, smooth_block
 from rtbow.world.world import World
 
 
@@ -99,21 +99,15 @@ class Glowing:
         """Draw the frame and wait until it is done."""
         target = self._method.draw(progress, columns)
         world = self._world
-        width, height = world.view.size_px
-        left, right, _ = columns.indices(width)
         block = smooth_block(world.view)
         if block not in self._passes:
             self._passes[block] = GlowPasses(self._gl, world)
         passes = self._passes[block]
         passes.take(world, self._textures, self._map)
         passes.gather()
-        frame = target.begin(clear=False)
-        frame.scissor = (left, 0, right - left, height)
-        with added_up(self._gl):
+        with drawn_over(self._gl, target, world.view.size_px, columns):
             passes.compose()
         self._gl.ctx.finish()
-        frame = target.begin(clear=False)
-        frame.scissor = (0, 0, width, height)
         return target
 
     def render(self, progress: Progress = no_progress, columns: slice = slice(None)) -> Float32:

@@ -119,9 +119,9 @@ def _axes(world: World) -> tuple[Array, Array]:
 def _apart(nodes: Array) -> Array:
     """Nodes in order, without those that another is close to."""
     nodes = np.sort(nodes)
-    kept = [nodes[0]]
+    kept, near = [nodes[0]], min(0.5 * _AROUND[0], float(np.ptp(nodes)) / (2.0 * max(_NODES)))
     for node in nodes[1:]:
-        if node - kept[-1] > 0.5 * _AROUND[0]:
+        if node - kept[-1] > near:
             kept.append(node)
     kept[-1] = nodes[-1]
     return floats(kept)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from rtbow.base.arrays import Array, Float32, Progress, no_progress
 from rtbow.gl.context import GlContext
-from rtbow.gl.program import FrameTarget, Texture, added_up, texture_bytes, volume_texture
+from rtbow.gl.program import FrameTarget, Texture, texture_bytes, volume_texture
 from rtbow.physics.light.spectrum import Spectrum
 from rtbow.render.method import Method, ShaderMethod
 from rtbow.render.sky.passes import Passes, SkyOf, sky_defines, uploaded
 from rtbow.render.sky.wanted import Skies, SkiesAtOnce, Wanted, colours_of, eye_of
-from rtbow.render.smooth import smooth_block
+from rtbow.render.smooth import drawn_over, smooth_block
 from rtbow.world.lights import Sun
 from rtbow.world.world import World
 
@@ -125,20 +125,14 @@ class Surrounded:
         if self.bare:
             return target
         world, passes = self._world, self._passes_of(self._world)
-        width, height = world.view.size_px
-        left, right, _ = columns.indices(width)
         for sun, sky in zip(world.optics.suns, self._suns, strict=True):
             if sky is None:
                 continue
             passes.take(world, sun, sky)
             passes.gather()
-            frame = target.begin(clear=False)
-            frame.scissor = (left, 0, right - left, height)
-            with added_up(self._gl):
+            with drawn_over(self._gl, target, world.view.size_px, columns):
                 passes.compose()
         self._gl.ctx.finish()
-        frame = target.begin(clear=False)
-        frame.scissor = (0, 0, width, height)
         return target
 
     def _passes_of(self, world: World) -> Passes:
